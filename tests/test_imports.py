@@ -29,7 +29,6 @@ ORDER = (
     ("physics",),
     ("sentences",),
     ("jit", "own"),
-    ("lazy_parts",),
     ("page", "sources"),
     ("files",),
     ("digest", "errors", "progress", "theory"),

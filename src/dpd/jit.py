@@ -4,10 +4,18 @@
 such a function stays a plain one. LLVM inlines them: a function kept apart is optimised differently
 when it is compiled afresh and when it is read from Numba's disk cache, and a resumed run would
 differ in its last bits. With NUMBA_DISABLE_JIT=1 all of it runs as Python.
+
+Numba makes of every function a library of its own: it links in what the function calls, optimises
+all that, and emits machine code. Device functions are never called but inlined, so nothing of it is
+needed for them. Here they are lowered and simplified, function by function; a kernel links in each
+function below it once, and is optimised and emitted as a whole. Nor do they count who holds an
+array, which cost 5 % of the time of a step: what Python passes to a kernel lives until it returns.
 """
 
 from __future__ import annotations
 
+import gc
+import inspect
 import os
 import stat
 import sys
@@ -15,7 +23,6 @@ import time
 import warnings
 from functools import cache, partial, wraps
 from importlib import import_module
-from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,35 +43,146 @@ import numba
 from numba import njit, types
 from numba.core import event
 from numba.core.caching import NullCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import PassManager
+from numba.core.options import DefaultOptions
 from numba.extending import intrinsic, overload
 
 from dpd.errors import reason
-from dpd.lazy_parts import compilers
 from dpd.page import PARTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numba.core.caching import IndexDataCacheFile
     from numba.core.dispatcher import Dispatcher
 
+# Numba looks for SciPy's linear algebra when it loads the first kernel, which takes 0.2 s of the
+# 0.7 to a first step, and goes without where there is none. No kernel here needs it.
+BLAS = "scipy.linalg.cython_blas"
+if BLAS not in sys.modules:
+    sys.modules[BLAS] = None  # type: ignore[assignment]  # so that importing it fails
+    try:
+        import_module("numba.np.arraymath")  # where Numba looks
+    finally:
+        del sys.modules[BLAS]
 
-def _without_blas():
-    """Spare every process SciPy's linear algebra, which takes 0.2 s of the 0.7 to a first step.
+# Names of Numba that are private, each with what has to have it.
+RELIED_ON = {
+    Compiler: ("define_pipelines", "compile_extra"),
+    DefaultOptions: ("_nrt",),
+    JITCodeLibrary: (
+        "_linking_libraries", "_final_module", "_shared_module", "_finalized", "_codegen",
+        "_ensure_finalized", "_get_module_for_linking",
+    ),
+}  # fmt: skip
 
-    Numba looks for it once, when it loads the first kernel, and goes without where there is none.
-    No kernel here needs it.
-    """
-    blas = "scipy.linalg.cython_blas"
-    if blas not in sys.modules:
-        sys.modules[blas] = None  # so that importing it fails
+
+def lacking() -> list[str]:
+    """What this version of Numba has not that is needed here; empty if all is there."""
+    sources = {each: "".join(map(inspect.getsource, each.__mro__[:-1])) for each in RELIED_ON}
+    return [name for each, names in RELIED_ON.items() for name in names
+            if name not in sources[each]]  # fmt: skip
+
+
+class _Parts(JITCodeLibrary):
+    """Of a device function: nothing is linked, optimised or emitted."""
+
+    def __init__(self, codegen, name):
+        super().__init__(codegen, name)
+        self.environments = {}
+
+    @property
+    def codegen(self):
+        """What `get_executable` tells the environment to: left for the kernel."""
+        return self
+
+    def set_env(self, name, environment):
+        self.environments[name] = environment
+
+    def finalize(self):
+        """Nothing is left to do, but to let other modules hold the same functions."""
+        for function in self._final_module.functions:
+            if not function.is_declaration:
+                function.linkage = "linkonce_odr"
+        self._shared_module = self._final_module
+        self._finalized = True
+
+    def get_pointer_to_function(self, name):
+        """Null: there is no code of its own."""
+        return 0
+
+
+class _Whole(JITCodeLibrary):
+    """Of a kernel: all device functions below it are linked in, each once."""
+
+    def finalize(self):
+        below = dict.fromkeys(self._linking_libraries)
+        found = list(below)
+        for library in found:
+            if isinstance(library, _Parts):
+                found += [inner for inner in library._linking_libraries if inner not in below]
+                below.update(dict.fromkeys(library._linking_libraries))
+        self._linking_libraries = list(below)
+        super().finalize()
+        there = {variable.name for variable in self._final_module.global_variables}
+        for library in below:
+            if isinstance(library, _Parts):
+                for name in there & set(library.environments):
+                    self._codegen.set_env(name, library.environments[name])
+
+
+UNNEEDED = (
+    "WithLifting", "InlineClosureLikes", "RewriteDynamicRaises", "MakeFunctionToJitFunction",
+    "InlineInlinables", "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass",
+    "InlineOverloads", "NopythonRewrites", "DumpParforDiagnostics",
+)  # fmt: skip
+
+
+class PartCompiler(Compiler):
+    """Numba's own compiler, with a library of ours to fill."""
+
+    library: type[JITCodeLibrary] = _Parts
+
+    def define_pipelines(self) -> list[Any]:
+        """Numba's passes without the `UNNEEDED`."""
+        state = self.state
+        state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        (numbas,) = super().define_pipelines()
+        ours = PassManager(numbas.pipeline_name)
+        for each, description in numbas.passes:
+            if each.__name__ not in UNNEEDED:
+                ours.add_pass(each, description)
+        ours.finalize()
+        return [ours]
+
+
+class KernelCompiler(PartCompiler):
+    """The same for kernels."""
+
+    library = _Whole
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile without looking for garbage, of which there is little."""
+        enabled = gc.isenabled()
+        gc.disable()
         try:
-            import_module("numba.np.arraymath")  # where Numba looks
+            return super().compile_extra(func)
         finally:
-            del sys.modules[blas]
+            if enabled:
+                gc.enable()
 
 
-_without_blas()
+def compilers() -> list[dict[str, Any]]:
+    """Options for kernels and for device functions: none where something is `lacking`.
+
+    Then all is compiled as Numba does it, to other last bits, and more slowly.
+    """
+    if lacking():
+        return [{}, {}]
+    return [{"pipeline_class": each, "_nrt": False} for each in (KernelCompiler, PartCompiler)]
+
 
 COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba sets it at run time
 # NumPy's rules for division (no exceptions) and freedom to reorder sums let LLVM
@@ -72,19 +190,16 @@ COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba s
 OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
 OF_KERNELS, OF_PARTS = compilers()
 KERNEL = {"nogil": True, "no_cfunc_wrapper": True} | OF_KERNELS | OPTIONS
-ALLOCATES = {"_nrt": True} if "_nrt" in OF_KERNELS else {}
+INLINED = {"forceinline": True, "no_cfunc_wrapper": True} | OF_PARTS | OPTIONS
+ALLOCATES = {"_nrt": True} if OF_KERNELS else {}
 CACHE = os.environ["NUMBA_CACHE_DIR"]
 
 
 def kernel(allocates: bool = False) -> Callable[[Callable[..., Any]], Dispatcher]:
-    """Decorator of what Python calls: compiled at its first call, and kept on the disk.
+    """Decorator of what Python calls: compiled at its first call, and cached on the disk.
 
-    A disk that is full or may not be written is no reason not to run.
-
-    Parameters
-    ----------
-    allocates : bool
-        Whether it makes arrays itself, or takes a random generator.
+    It says if it ``allocates`` arrays itself, or takes a random generator. A disk that is full or
+    may not be written is no reason not to run.
     """
 
     def decorate(function):
@@ -93,20 +208,20 @@ def kernel(allocates: bool = False) -> Callable[[Callable[..., Any]], Dispatcher
         compiled = njit(**KERNEL | (ALLOCATES if allocates else {}))(function)
         try:
             compiled.enable_caching()
-            kept = compiled._cache
         except RuntimeError:  # nowhere to write
-            kept = NullCache()
+            return compiled
+        files = compiled._cache
         if not _is_trusted(Path(CACHE)):
-            compiled._cache = kept = NullCache()
-        elif not str(kept.cache_path).startswith(CACHE):
-            # Numba would keep it beside its source, where it does not notice that a function
-            # which the kernel calls was changed.
+            compiled._cache = NullCache()
+        elif not str(files.cache_path).startswith(CACHE):
+            # Numba would write beside the source, where it does not notice that a function which
+            # the kernel calls was changed.
             _warn("it cannot be written")
-            compiled._cache = kept = NullCache()
+            compiled._cache = NullCache()
         else:
-            kept._cache_file = _FileOfEach(kept._cache_file)
-        kept.save_overload = _or_without(kept.save_overload)
-        kept.load_overload = _or_without(kept.load_overload)
+            files._cache_file = _FileOfEach(files._cache_file)
+            files.save_overload = _or_without(files.save_overload)
+            files.load_overload = _or_without(files.load_overload)
         return compiled
 
     return decorate
@@ -132,22 +247,15 @@ class _FileOfEach:
     Numba numbers them, and an index says which is which. Two processes that compile at the same
     time may take the same number for two variants, and a later one then runs code that was made
     for other arguments, and crashes.
-
-    Parameters
-    ----------
-    files : numba.core.caching.IndexDataCacheFile
-        That writes and reads them.
     """
 
-    def __init__(self, files: IndexDataCacheFile) -> None:
-        self._files = files
+    def __init__(self, files):
+        self._files = files  # a numba.core.caching.IndexDataCacheFile
 
-    def save(self, key: tuple[Any, ...], data: tuple[Any, ...]) -> None:
-        """Write a variant, as Numba reduces it, in the place of what was there."""
+    def save(self, key, data):
         self._files._save_data(self._name(key), (key, data))
 
-    def load(self, key: tuple[Any, ...]) -> tuple[Any, ...] | None:
-        """A variant; None if it was not written yet."""
+    def load(self, key):
         try:
             found, data = self._files._load_data(self._name(key))
         except FileNotFoundError:
@@ -180,23 +288,15 @@ def _warn(why):
     )  # fmt: skip
 
 
-INLINED = {"forceinline": True, "no_cfunc_wrapper": True} | OF_PARTS | OPTIONS
-
-
 def inlined(given: str = "", **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Decorator of device functions.
+    """Decorator of device functions; ``options`` are Numba's, in the place of ours.
 
-    Parameters
-    ----------
-    given : str
-        Name of an argument. Where that is None the function does nothing, and nothing is compiled
-        for it.
-    **options
-        Of Numba, in the place of ours.
+    Where the argument named by ``given`` is None the function does nothing, and nothing is compiled
+    for it.
     """
 
     def decorate(function):
-        place = list(signature(function).parameters).index(given) if given else -1
+        place = list(inspect.signature(function).parameters).index(given) if given else -1
 
         def in_python(*arguments):
             return None if arguments[place] is None else function(*arguments)
@@ -206,15 +306,11 @@ def inlined(given: str = "", **options: Any) -> Callable[[Callable[..., Any]], A
         @overload(called, jit_options=INLINED | options, strict=False)
         def of_types(*arguments):
             absent = given and isinstance(arguments[place], types.NoneType)
-            return _nothing if absent else function
+            return (lambda *arguments: None) if absent else function
 
         return called
 
     return decorate
-
-
-def _nothing(*arguments):
-    """What takes the place of a function that is not needed."""
 
 
 # For what two places must agree on to the last bit: rounded as written.
@@ -222,10 +318,7 @@ inlined_exactly = partial(inlined, fastmath=False)
 
 
 def intrinsic_for(in_python: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
-    """Decorator of LLVM instructions, with the function that does the same in Python.
-
-    The latter takes its place where nothing is compiled.
-    """
+    """Decorator of LLVM instructions; the function does the same where nothing is compiled."""
     return lambda code: intrinsic(code) if COMPILES else in_python
 
 
@@ -257,7 +350,7 @@ class _Compiling(event.Listener):
     def __init__(self) -> None:
         self.seconds = 0.0
         self.tell: Callable[[str], None] | None = None
-        self._depth = self._since = 0.0  # a kernel's parts compile while it does
+        self._depth = self._since = 0.0  # what a kernel calls compiles while it does
 
     def on_start(self, event: Any) -> None:
         """A function begins to compile."""

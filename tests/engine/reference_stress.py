@@ -27,26 +27,6 @@ class StressedReference(Reference):
             found += np.array([virial[axis], others]) @ shares
         return found
 
-    def kinetic_in_slices(self, axis, edges):
-        """The same of m v v; beads behind a plane are in the last slices, as the edges say."""
-        place = (self.position[axis] - edges[0]) % (edges[-1] - edges[0])
-        inside = (place >= edges[:-1, None] - edges[0]) & (place < edges[1:, None] - edges[0])
-        squares = self.mass * self.velocity**2
-        others = np.delete(squares, axis, axis=0).mean(axis=0)
-        return np.array([squares[axis], others]) @ inside.T
-
-    def pressure_of_walls(self, axis, edges, area):
-        """(slices,) array: force per area of beads that lie further in, mean over each slice."""
-        walls, found = self.system.walls, np.zeros(len(edges) - 1)
-        for normal, inward, place in zip(walls.axis, walls.inward, walls.place):
-            if normal != axis:
-                continue
-            for x, kind in zip(self.position[axis], self.species):
-                push = walls.repulsion[kind] * max(0, 1 - inward * (x - place))
-                outside = np.clip(inward * (x - edges), 0, None)
-                found += push * np.abs(np.diff(outside)) / np.diff(edges) / area
-        return found
-
 
 def shares_of_slices(begin, end, edges):
     """(lines, slices) array: the part of each line that lies in each slice, or an image of it."""

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from dpd.engine.queries.bonds import crossing_bonds, segments_meet
 from dpd.errors import UserError
 from tests.engine.exact import crossings_by_looking, meet
-from tests.systems import chains
 
 UNIT = 64  # ends lie on a grid of 1/64 r_c: floats hold them, and their products, exactly
 REACH = 9 * 4  # along an axis: a bond is at most 0.8 r_c long, less than half of any box
@@ -69,19 +68,6 @@ def test_random_bonds_cross_as_looking_at_all_pairs_says(box, longest, count, se
     assert pairs(position, members, box) == expected
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_bonds_on_a_coarse_grid(seed):
-    """Among ends on few points nearly all bonds touch, overlap, or are parallel."""
-    rng = np.random.default_rng(seed)
-    first = rng.integers(0, 10, (2, 60))
-    step = rng.integers(-2, 3, (2, 60))
-    position = np.stack([first, first + step], axis=2).reshape(2, -1) % np.array([[10], [12]]) / 4
-    members = separate(60)
-    expected = crossings_by_looking(position, members, (2.5, 3.0))
-    assert len(expected) > 80
-    assert pairs(position, members, (2.5, 3.0)) == expected
-
-
 @st.composite
 def two_segments(draw):
     """Ends A, B, C, D in units of 1/64 r_c, likely to touch in every way there is."""
@@ -126,44 +112,6 @@ def test_segments_meet(ends, offset):
     assert segments_meet(*(c + other - a - one), *one, *other) == meet(*ends)
 
 
-@pytest.mark.thorough
-@settings(max_examples=1000, deadline=None, derandomize=True)
-@given(
-    two_segments(),
-    st.tuples(*[st.sampled_from([128, 140, 160, 192, 256])] * 2),
-    st.tuples(*[st.integers(0, 255)] * 2),
-)
-@example([(0, 0), (8, 12), (8, 12), (16, 24)], (256, 256), (64, 64))
-@example([(0, 0), (0, 0), (0, 0), (0, 0)], (128, 128), (64, 64))
-def test_two_bonds_in_a_box(ends, box, offset):
-    """The same for bonds, anywhere in small boxes and so often across their boundary."""
-    whole = (np.array(ends).T + np.array(offset)[:, None]) % np.array(box)[:, None]
-    position, edges = whole / UNIT, tuple(edge / UNIT for edge in box)
-    expected = crossings_by_looking(position, separate(2), edges)
-    assert pairs(position, separate(2), edges) == expected
-
-
-def test_bonds_that_share_a_bead_do_not_cross():
-    """A chain folded back onto itself: neighbours overlap along a line, and yet only the
-    first and the third bond, which have no bead in common, cross."""
-    position = np.array([[0.5, 1.0, 0.75, 1.25], [1.0, 1.0, 1.0, 1.0]])
-    assert pairs(position, chains(1, 4), (3.0, 3.0)) == {(0, 2)}
-
-
-def test_numbers_of_the_pairs():
-    """Two chains of three beads and a third one; which bonds cross is plain to see."""
-    chain = np.array([[0.5, 1.0, 1.5], [1.0, 1.0, 1.0]])  # bonds 0, 1
-    other = np.array([[1.25, 1.25, 1.25], [1.25, 0.75, 0.5]])  # 2 crosses 1, 3 lies below
-    third = np.array([[0.75, 0.75, 1.25], [1.25, 0.75, 0.75]])  # 4 crosses 0, 5 touches 2, 3
-    position = np.concatenate([chain, other, third], axis=1)
-    expected = {(1, 2), (0, 4), (2, 5), (3, 5)}
-    assert pairs(position, chains(3, 3), (4.0, 5.0)) == expected
-    # The order of beads along a bond and that of bonds only renames.
-    turned = chains(3, 3)[::-1, ::-1].copy()
-    renamed = {tuple(sorted((5 - i, 5 - j))) for i, j in expected}
-    assert pairs(position, turned, (4.0, 5.0)) == renamed
-
-
 def test_more_crossings_than_bonds():
     """Ten bonds each way make a hundred crossings: the list of them grows as it must."""
     at = np.arange(10) / 16 + 1
@@ -173,12 +121,6 @@ def test_more_crossings_than_bonds():
     position = np.concatenate([upright, level], axis=2).transpose(0, 2, 1).reshape(2, -1)
     found = pairs(position, separate(20), (3.0, 3.0))
     assert found == {(i, 10 + j) for i in range(10) for j in range(10)}
-
-
-def test_no_bonds():
-    """Nothing to cross."""
-    found = crossing_bonds(np.zeros((2, 0)), np.zeros((0, 2), np.uint32), (3.0, 3.0))
-    assert found.shape == (2, 0)
 
 
 @pytest.mark.parametrize("first", [0.5, 1.9])
@@ -203,15 +145,3 @@ def test_a_bond_longer_than_half_the_box_is_refused(box, along, refused, first):
             crossing_bonds(position, separate(1), box)
     else:
         assert crossing_bonds(position, separate(1), box).shape == (2, 0)
-
-
-@pytest.mark.parametrize("move", [(0.5, 0.0), (0.0, 1.25), (2.25, 2.875), (1.9375, 0.0625)])
-def test_moving_all_bonds_across_the_boundary_changes_nothing(move):
-    """Ends on a grid of 1/16 move exactly, so that those of them that touch still do."""
-    box = (2.25, 3.0)
-    position, members = random_bonds(box, 80, 0.9, seed=5)
-    position = np.round(position * 16) / 16 % np.array(box)[:, None]
-    shifted = (position + np.array(move)[:, None]) % np.array(box)[:, None]
-    expected = pairs(position, members, box)
-    assert len(expected) > 50
-    assert pairs(shifted, members, box) == expected

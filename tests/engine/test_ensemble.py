@@ -10,13 +10,8 @@ import pytest
 from scipy import stats
 
 from dpd.analysis.statistics import mean_and_error
-from dpd.engine.simulation import Simulation
 from dpd.engine.state import CONSERVATIVE
-from dpd.observe.common.measured import Measured
-from dpd.observe.rdf import RadialDistribution
 from dpd.physics.pressure import Pressure
-from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start, system_of
 from tests.systems import make_simulation, make_system, random_beads
 
 # Dense enough for friction between pairs to forget a kinetic energy in 0.4 tau.
@@ -72,14 +67,6 @@ def test_volumes_of_an_ideal_gas(time, every, estimate):
     assert abs(volume.mean() - expected.mean()) < SURE * expected.std() / np.sqrt(200)
     free = 3 * (BEADS - 1)
     assert abs(kinetic.mean() / free - 1) < SURE * np.sqrt(2 / free / 200) + 0.005
-
-
-@pytest.mark.thorough
-def test_volumes_where_one_axis_alone_is_stretched():
-    """The same distribution, and of the normal pressure alone."""
-    law = Pressure(TARGET, 0.5, 1 / TARGET, (2,), 5)
-    volume, _ = ideal_gas(law, 300, 2.0, box=(2.5, 2.5, 6.4))
-    assert stats.kstest(volume, stats.gamma(BEADS + 1, scale=1 / TARGET).cdf).pvalue > 1e-3
 
 
 @pytest.mark.thorough
@@ -149,29 +136,3 @@ def test_the_standard_fluid_at_its_own_pressure():
     expected = 64 * compressibility
     assert unsure < 0.12 * expected
     assert abs(spread - expected) < 1.2 * SURE * unsure
-
-
-@pytest.mark.thorough
-def test_g_of_an_ideal_gas_is_one():
-    """With the volume of each sample; with the mean volume it would be N / (N - 1), 5 % more.
-
-    About 20 of 190 pairs of 20 beads are within 1, so that 2000 samples know g to better than
-    1 %; the error is taken from 25 parts of them.
-    """
-    scene = Scene(
-        {
-            "dimension": 3, "box": 3.5, "molecules": [{"architecture": "A", "count": 20}],
-            "repulsion": {"A A": 0}, "pressure": {"target": 0.5, "time": 0.5, "every": 5},
-            "integrator": {"scheme": "dpd-vv", "dt": 0.02}, "steps": {"sample": 100_000},
-            "observe": [{"rdf": {"range": 1.0, "bin": 1.0, "every": 50}}],
-        }
-    )  # fmt: skip
-    system = system_of(scene)
-    observer = Measured(RadialDistribution(every=50, range=1.0, bin=1.0), scene, system)
-    simulation = Simulation(system, make_start(scene))
-    for _ in range(scene.steps.sample // 50):
-        simulation.advance(50)
-        observer.sample(simulation)
-    mean, error = mean_in_parts(observer.variables()["rdf"][1][:, 0], 25)
-    assert error < 0.01
-    assert abs(mean - 1) < 1.2 * SURE * error

@@ -3,37 +3,18 @@
 import numpy as np
 import pytest
 
-from tests.engine.reference import Reference, pair_noise
+from tests.engine.reference import pair_noise
 from tests.systems import (
-    BOX_2D,
     BOX_3D,
     assert_same_place,
     by_identity,
     chains,
-    fewer_in_python,
     make_simulation,
     make_system,
     random_beads,
 )
 
 DIRECTION = np.array([2.0, -1.0, 2.0]) / 3
-SCHEMES = [
-    ("euler", 0.5),
-    ("euler-acceleration", 0.5),
-    ("gw-vv", 0.5),
-    ("gw-vv", 0.65),
-    ("verlet-no-acceleration", 0.5),
-    ("verlet-no-acceleration", 0.65),
-    ("dpd-vv", 0.5),
-]
-
-
-def test_bead_at_rest_stays():
-    start = np.array([[0.0], [3.6], [2.5]])
-    simulation = make_simulation(make_system(BOX_3D), start, np.zeros((3, 1)))
-    simulation.advance(100)
-    np.testing.assert_array_equal(simulation.state.position, start)
-    np.testing.assert_array_equal(simulation.state.velocity, 0.0)
 
 
 def test_moving_bead_keeps_its_velocity_and_wraps():
@@ -146,22 +127,6 @@ def test_bonded_pair_swings_as_velocity_verlet_must():
         assert stretch(simulation) == pytest.approx(0.2 * np.cos(n * phi), abs=1e-11)
 
 
-def test_energy_of_a_bonded_pair_stays_within_its_bound():
-    """Velocity Verlet keeps v^2 + omega^2 x^2 (1 - (omega dt)^2 / 4) of an oscillator.
-
-    So its energy lies between E and E (1 - (omega dt)^2 / 4), and reaches both.
-    """
-    dt, omega, energies = 0.01, np.sqrt(2 * 100.0), []
-    simulation = spring(dt)
-    for _ in range(200):
-        energy = simulation.advance_measured(1).energy
-        energies.append(energy.sum() + np.sum(simulation.state.velocity**2) / 2)
-    first, bound = 100 * 0.2**2 / 2, (omega * dt) ** 2 / 4
-    assert max(energies) < first * (1 + 1e-9)
-    assert min(energies) > first * (1 - bound - 1e-9)
-    assert min(energies) < first * (1 - 0.99 * bound)
-
-
 def energy_error(dt, seed):
     """Root mean square change of the energy of a fluid without thermostat over one tau."""
     position, velocity = random_beads(BOX_3D, 125, seed)
@@ -188,70 +153,3 @@ def test_energy_error_of_a_fluid_is_of_second_order():
     error = np.std(orders, ddof=1) / np.sqrt(len(orders))
     assert error < 0.15
     assert abs(np.mean(orders) - 2) < 4 * error
-
-
-def fifty_beads(box, scheme, prediction, gaussian, mixed):
-    """The same 50 beads for the engine and for the reference."""
-    changes = {}
-    species = None
-    if mixed:
-        species = np.random.default_rng(5).integers(0, 3, 50).astype(np.uint8)
-        table = np.array([[25.0, 40.0, 10.0], [40.0, 30.0, 55.0], [10.0, 55.0, 15.0]])
-        changes = {"repulsion": table, "bonds": (chains(8, 5), 60.0, 0.7)}
-    system = make_system(box, scheme, prediction, gaussian=gaussian, seed=12, **changes)
-    position, velocity = random_beads(box, 50, seed=3)
-    if mixed:
-        for k in range(1, 40):
-            if k % 5:  # a bead next to the one before it in its chain
-                position[:, k] = position[:, k - 1] + 0.6 * np.sin(k + np.arange(len(box)))
-        position %= np.array(box)[:, None]
-    return (
-        make_simulation(system, position, velocity, species),
-        Reference(system, scheme, prediction, position, velocity, species),
-    )
-
-
-@pytest.mark.plain
-@pytest.mark.few(
-    "gw-vv-0.5-3D-uniform-species and bonds",
-    "gw-vv-0.65-3D-gaussian-one species",
-    "euler-0.5-2D-gaussian-one species",
-    "verlet-no-acceleration-0.5-2D-uniform-one species",
-    "dpd-vv-0.5-3D-uniform-one species",
-)
-@pytest.mark.parametrize("mixed", [False, True], ids=["one species", "species and bonds"])
-@pytest.mark.parametrize("gaussian", [False, True], ids=["uniform", "gaussian"])
-@pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
-@pytest.mark.parametrize("scheme, prediction", SCHEMES)
-def test_fifty_beads_step_beside_the_reference(scheme, prediction, box, gaussian, mixed):
-    """Twenty steps: places, velocities, forces, virials and energies agree to 1e-9.
-
-    Sums in another order differ by 1e-14 of a force, which the motion multiplies, to 1e-11
-    here; a wrong term in an equation shows in the first digits.
-    """
-    simulation, reference = fifty_beads(box, scheme, prediction, gaussian, mixed)
-    for _ in range(fewer_in_python(20)):
-        sums = simulation.advance_measured(1)
-        reference.step()
-        assert np.abs(simulation.unfolded - reference.position).max() < 1e-9
-        for name in ("velocity", "force"):
-            found, expected = by_identity(simulation, name), getattr(reference, name)
-            assert np.abs(found - expected).max() < 1e-9 * max(1, np.abs(expected).max())
-        scale = np.abs(reference.virial).max()
-        assert np.abs(sums.virial - reference.virial).max() < 1e-9 * scale
-        np.testing.assert_allclose(sums.energy, reference.energy, rtol=1e-9)
-    assert simulation.state.step == reference.steps
-
-
-def test_measuring_leaves_the_state_alone():
-    """`measure` sees what the last step measured, up to the friction of another velocity."""
-    simulation, _ = fifty_beads(BOX_3D, "gw-vv", 0.5, False, False)
-    last = simulation.advance_measured(5)
-    kept = simulation.state
-    copies = {name: getattr(kept, name).copy() for name in ("position", "velocity", "force")}
-    found = simulation.measure()
-    assert simulation.state is kept
-    for name, copy in copies.items():
-        np.testing.assert_array_equal(getattr(kept, name), copy)
-    np.testing.assert_allclose(found.energy, last.energy, rtol=1e-12)
-    np.testing.assert_allclose(found.virial[0], last.virial[0], rtol=1e-12, atol=1e-11)

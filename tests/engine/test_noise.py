@@ -17,13 +17,11 @@ from tests.engine.reference import (
     cos_pi,
     gaussian_noise,
     minus_log,
-    mix32,
     pair_noise,
     pair_word,
     step_keys,
     uniform_noise,
 )
-from tests.systems import BOX_3D, by_identity, make_simulation, make_system
 
 SIGMAS, CHANCE = 5.0, 1e-6
 # Name, whether Gaussian, fourth and eighth moment at unit variance.
@@ -83,23 +81,6 @@ def test_series_are_those_of_the_library():
         assert cos_pi(x) == pytest.approx(math.cos(math.pi * x), rel=0, abs=1e-15)
 
 
-def test_gaussian_noise_is_that_of_box_and_muller():
-    """With the library's functions, from the same words."""
-    theta, keys = draw(NOISES[1], LOW[:2000], HIGH[:2000]), step_keys(np.uint64(1), 1)
-    word = words(LOW[:2000], HIGH[:2000])
-    second = [mix32(np.uint32((int(w) ^ 0x5BF03635) + int(keys.first) & 0xFFFFFFFF)) for w in word]
-    angle = np.pi * np.array(second, np.uint32).view(np.int32) / 2**31
-    plain = np.sqrt(-2 * np.log((word + 0.5) / 2**32)) * np.cos(angle)
-    np.testing.assert_allclose(theta, plain, rtol=0, atol=2e-14)
-
-
-def test_uniform_noise_fills_its_bounds():
-    """Of half a million the last is within 1e-4 of a bound, but for a chance of 1e-6."""
-    theta, root = draw(NOISES[0]), np.sqrt(3.0)
-    assert root - 1e-4 < theta.max() < root
-    assert -root < theta.min() < -root + 1e-4
-
-
 OTHER = np.random.default_rng(2).permutation(1000)  # a third bead for each first one
 PARTNERS = {
     "same first, next second": (LOW, HIGH, LOW, HIGH + 1),
@@ -127,15 +108,10 @@ def test_pairs_of_a_step_are_independent(noise, name):
 
 
 @noises
-@pytest.mark.parametrize("lag", [1, 2, 3, 10, 256, 2**32])
-def test_steps_of_a_pair_are_independent(noise, lag):
-    assert_independent(draw(noise, step=5), draw(noise, step=5 + lag), noise[2])
-
-
-@noises
-@pytest.mark.parametrize("seed, step", [(2, 5), (2, 4), (2**32 + 1, 5), (2**40, 6)])
-def test_seeds_are_independent(noise, seed, step):
-    """Also a seed and a step that have the sum of another seed and step."""
+@pytest.mark.parametrize(
+    "seed, step", [(1, 6), (1, 261), (1, 2**32 + 5), (2, 5), (2, 4), (2**32 + 1, 5), (2**40, 6)]
+)
+def test_seeds_and_steps_are_independent(noise, seed, step):
     assert_independent(draw(noise, seed=1, step=5), draw(noise, seed=seed, step=step), noise[2])
 
 
@@ -195,18 +171,3 @@ def test_bits_are_even():
     assert_even(np.bincount((word & 15) * 16 + (partner & 15), minlength=256))
     for bit in range(32):
         assert_mean((word >> bit) & 1, 0.5, 0.25)
-
-
-@noises
-def test_noise_is_symmetric_in_the_pair(noise):
-    """Whichever bead is stored first, the force on bead 3 from bead 8 is the same."""
-    place = np.array([[0.1, 0.6], [1.0, 1.2], [2.0, 2.1]])
-    system = make_system(BOX_3D, gaussian=noise[1], repulsion=np.zeros((1, 1)))
-    forces = []
-    for order in ([0, 1], [1, 0]):
-        simulation = make_simulation(
-            system, place[:, order], np.zeros((3, 2)), identity=np.array([0, 1])[order]
-        )
-        forces.append(by_identity(simulation, "force"))
-    assert np.abs(forces[0]).min() > 0.01
-    np.testing.assert_array_equal(forces[0], forces[1])

@@ -57,27 +57,6 @@ def across(height, at=0.0):
 
 @pytest.mark.parametrize("place", PLACES, ids=str)
 @pytest.mark.parametrize("axes", AXES, ids=str)
-def test_perpendicular_bonds_pass_through_each_others_middle(axes, place):
-    """Whichever moves, up or down, along each axis, and across the boundary."""
-    moves = [(0.1, -0.1, 0.0, 0.0), (0.0, 0.0, -0.1, 0.1), (0.1, -0.05, -0.05, 0.1)]
-    for one, one_after, other, other_after in moves:
-        for sign in (1, -1):
-            before = placed(level(sign * one) + across(sign * other), axes, place)
-            after = placed(level(sign * one_after) + across(sign * other_after), axes, place)
-            assert passes(before, after, SEPARATE, BOX_3D) == {(0, 1)}
-
-
-@pytest.mark.parametrize("axes", AXES, ids=str)
-def test_bonds_that_do_not_come_through_do_not_pass(axes):
-    """They stop before or turn away; two bonds side by side have never met."""
-    before = placed(level(0.1) + across(0.0), axes, PLACES[2])
-    for height in (0.01, 0.1, 0.2):
-        after = placed(level(height) + across(0.0), axes, PLACES[2])
-        assert passes(before, after, SEPARATE, BOX_3D) == set()
-
-
-@pytest.mark.parametrize("place", PLACES, ids=str)
-@pytest.mark.parametrize("axes", AXES, ids=str)
 def test_just_inside_and_just_beside_an_end(axes, place):
     """1e-6 decides, for each of the four ends; places are rounded by 1e-15, times by 1e-9.
 
@@ -91,17 +70,6 @@ def test_just_inside_and_just_beside_an_end(axes, place):
                 before = placed(one + other, axes, place)
                 after = placed([(x, y, -z) for x, y, z in one] + other, axes, place)
                 assert passes(before, after, SEPARATE, BOX_3D) == expected
-
-
-@pytest.mark.parametrize("place", PLACES, ids=str)
-@pytest.mark.parametrize("axes", AXES, ids=str)
-def test_bonds_that_pass_by_their_ends_are_found(axes, place):
-    """Nearly in line, 0.01 from an end of each: their middles are as far apart as they can be."""
-    one = [(-0.79, 0.0, 0.1), (0.01, 0.0, 0.1)]
-    other = [(-0.01, -0.004, 0.0), (0.79, 0.316, 0.0)]
-    before = placed(one + other, axes, place)
-    after = placed([(x, y, -z) for x, y, z in one] + other, axes, place)
-    assert passes(before, after, SEPARATE, BOX_3D) == {(0, 1)}
 
 
 @pytest.mark.parametrize("place", PLACES, ids=str)
@@ -122,28 +90,6 @@ def test_a_pass_and_a_return_is_none(axes, place):
     assert passes(at(0.0), at(0.5), SEPARATE, BOX_3D) == {(0, 1)}
 
 
-PARALLEL = {
-    "along each other": ([(-8, 0, 0), (24, 0, 0)], [(16, 0, 0), (16, 0, 0)]),
-    "through each other": ([(-8, 0, 6), (24, 0, 6)], [(0, 0, -12), (0, 0, -12)]),
-    "turned, in one plane": ([(0, -8, 0), (8, 24, 0)], [(24, 8, 0), (16, 0, 0)]),
-    "across, at a distance": ([(8, -16, 5), (8, 16, 5)], [(16, 9, 0), (16, 9, 0)]),
-}
-
-
-@pytest.mark.parametrize("axes", AXES, ids=str)
-@pytest.mark.parametrize("name", PARALLEL)
-def test_bonds_that_stay_parallel_in_one_plane_or_apart_do_not_pass(name, axes):
-    """On a grid of 1/64, and in a box of whole numbers, their triple product is 0 exactly, or
-    the same at all times. The other bond is at rest along the first axis."""
-    ends, move = (np.array(part) / 64 for part in PARALLEL[name])
-    still, box = np.array([(-16, 0, 0), (16, 0, 0)]) / 64, (3.0, 4.0, 5.0)
-    for place in ((1.0, 2.0, 2.5), (0.0, 0.0, 0.0)):
-        before = placed([*still, *ends], axes, place, box)
-        after = placed([*still, *(ends + move)], axes, place, box)
-        assert np.abs(after - before).max() > 0.1
-        assert passes(before, after, SEPARATE, box) == set()
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_bonds_that_share_a_bead_never_pass(seed):
     """They lie in one plane at all times, up to rounding, whichever ends they share."""
@@ -156,40 +102,6 @@ def test_bonds_that_share_a_bead_never_pass(seed):
             box = (3.0, 3.0, 3.0)
             moved = wrapped(before, box), wrapped(after, box)
             assert passes(*moved, np.array(members, np.uint32), box) == set()
-
-
-def test_numbers_of_the_pairs():
-    """The last bond of a chain goes through the first; the one between shares beads with both.
-
-    The order of beads along a bond and that of bonds only renames.
-    """
-    ends = np.array([(-0.4, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.1), (0.0, -0.4, 0.1)])
-    before = placed(ends, (0, 1, 2), PLACES[2])
-    after = placed(ends - [(0, 0, 0), (0, 0, 0), (0, 0, 0.2), (0, 0, 0.2)], (0, 1, 2), PLACES[2])
-    assert passes(before, after, chains(1, 4), BOX_3D) == {(0, 2)}
-    turned = chains(1, 4)[[2, 0, 1], ::-1].copy()
-    assert passes(before, after, turned, BOX_3D) == {(0, 1)}
-
-
-def test_more_passes_than_bonds():
-    """Ten bonds each way make a hundred passes: the list of them grows as it must.
-
-    On a grid of 1/64 bonds beside each other are parallel exactly, and do not pass.
-    """
-    at, box = np.arange(-5, 5) / 16, (3.0, 4.0, 5.0)
-    ends = [end for x in at for end in [(x, -0.375, 0.125), (x, 0.375, 0.125)]]
-    ends += [end for y in at for end in [(-0.375, y, 0.0), (0.375, y, 0.0)]]
-    before = placed(ends, (0, 1, 2), (0.0, 0.0, 0.0), box)
-    after = placed([(x, y, -z) for x, y, z in ends], (0, 1, 2), (0.0, 0.0, 0.0), box)
-    members = np.arange(40, dtype=np.uint32).reshape(20, 2)
-    found = passes(before, after, members, box)
-    assert found == {(i, 10 + j) for i in range(10) for j in range(10)}
-
-
-def test_no_bonds():
-    """Nothing to pass."""
-    found = passed_bonds(np.zeros((3, 2)), np.ones((3, 2)), np.zeros((0, 2), np.uint32), BOX_3D)
-    assert found.shape == (2, 0)
 
 
 def moving_chains(box, count, length, bond, move, seed):
@@ -302,44 +214,6 @@ def test_random_bonds_pass_as_the_roots_say(case, seed):
     assert found - unclear == expected - unclear
 
 
-def test_cases_pass_across_the_boundary():
-    """Bonds and moves across the boundary are among those that pass above."""
-    bonds_across, moves_across = 0, 0
-    for case in CASES:
-        before, after, members = moving_chains(*case, 0)
-        half = np.array(case[0])[:, None] / 2
-        one = np.array(sorted(passes(before, after, members, case[0])))
-        beads = members[one.ravel()]
-        bonds_across += (np.abs(before[:, beads[:, 0]] - before[:, beads[:, 1]]) > half).sum()
-        moves_across += (np.abs(before - after)[:, beads.ravel()] > half).sum()
-    assert min(bonds_across, moves_across) > 10
-
-
-@pytest.mark.parametrize("case", CASES[:3], ids=str)
-def test_what_changes_nothing(case):
-    """The same pairs after a shift of all beads, with axes exchanged, and backwards in time;
-    renamed ones with bonds in another order and their ends exchanged.
-
-    Random bonds come no nearer to touching than rounding can tell.
-    """
-    box, seed = case[0], 7
-    before, after, members = moving_chains(*case, seed)
-    expected = passes(before, after, members, box)
-    assert len(expected) > 5
-    for shift in ((1.0, 0.3, 1.9), (-0.7, 1.25, 0.01)):
-        moved = [wrapped(x + np.array(shift)[:, None], box) for x in (before, after)]
-        assert passes(*moved, members, box) == expected
-    for axes in AXES:
-        turned = [x[list(axes)].copy() for x in (before, after)]
-        assert passes(*turned, members, tuple(box[k] for k in axes)) == expected
-    assert passes(after, before, members, box) == expected
-    order = np.random.default_rng(seed).permutation(len(members))
-    renamed = {tuple(sorted((int(order[i]), int(order[j])))) for i, j in expected}
-    other = np.empty_like(members)
-    other[order] = members[:, ::-1]
-    assert passes(before, after, other, box) == renamed
-
-
 PHANTOM = {
     "dimension": 3,
     "box": [3.0, 3.5, 4.0],
@@ -386,20 +260,3 @@ def test_passes_of_a_run_are_those_between_its_samples(phantom):
     assert sum(expected) > 20
     np.testing.assert_array_equal(found["passes"], expected)
     np.testing.assert_allclose(found["pass_time"], 0.08 * np.arange(1, 101), rtol=1e-12)
-
-
-@pytest.mark.parametrize("taken", [1, 47])
-def test_arrays_are_all_that_goes_on(phantom, taken):
-    """A fresh observer that is given copies of the arrays half-way counts on the same; samples
-    that are not there yet are no number."""
-    scene, whole, seen = phantom
-    half, other = (observables(scene, system_of(scene))[0] for _ in range(2))
-    for simulation in seen[:taken]:
-        half.sample(simulation)
-    assert np.isnan(half.variables()["passes"][1][taken:]).all()
-    for name, array in half.arrays.items():
-        other.arrays[name][...] = array.copy()
-    for simulation in seen[taken:]:
-        other.sample(simulation)
-    for name, array in whole.arrays.items():
-        np.testing.assert_array_equal(other.arrays[name], array, err_msg=name)

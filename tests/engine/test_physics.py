@@ -14,16 +14,6 @@ from dpd.engine.simulation import Simulation
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from tests.systems import (
-    BOX_2D,
-    BOX_3D,
-    assert_same_place,
-    by_identity,
-    chains,
-    make_simulation,
-    make_system,
-    random_beads,
-)
 
 MONTE_CARLO_PRESSURE = 23.653  # +- 0.002 at rho 3, a 25: no time step (spec of the paper)
 
@@ -109,14 +99,6 @@ def assert_isotropic(tensor, largest_error):
                 assert abs(mean) < 5 * error
 
 
-def test_trace_of_the_pressure_tensor(fluid):
-    """A third of the trace is rho times the kinetic temperature plus the excess pressure."""
-    found = fluid[0]
-    third = np.trace(found["pressure_tensor"], axis1=1, axis2=2) / 3
-    np.testing.assert_allclose(third, 3 * found["kT"] + found["excess_conservative"], rtol=1e-12)
-    np.testing.assert_allclose(found["pressure"], third, rtol=1e-12)
-
-
 def test_total_energy_is_what_stays():
     """Without a thermostat it keeps to 1e-3 kT a bead, while its parts change a hundred times that.
 
@@ -186,45 +168,3 @@ def test_ideal_gas_has_no_structure(box):
     assert found["rdf"].shape == (40, 10)
     assert (error[1:] < 0.015).all()
     assert (np.abs(mean - 1) < 5 * error).all()
-
-
-def mixture(box, count, **changes):
-    """Chains of three among single beads, two species, at kT 1: all that an engine needs."""
-    position, velocity = random_beads(box, count)
-    for k in range(1, count // 2):
-        if k % 3:
-            position[:, k] = (position[:, k - 1] + 0.3) % np.array(box)
-    table = np.array([[25.0, 40.0], [40.0, 25.0]])
-    bonds = (chains(count // 6, 3), 20.0, 0.5)
-    system = make_system(box, repulsion=table, bonds=bonds, **changes)
-    return system, position, velocity, (np.arange(count) % 2).astype(np.uint8)
-
-
-@pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
-def test_momentum_is_conserved_to_rounding(box):
-    """A million pair forces near 100, each rounded by 1e-14 and taken times dt 0.04.
-
-    At random their errors add up to about 5e-13; a force without its opposite adds 1.
-    """
-    system, position, velocity, species = mixture(box, 120)
-    simulation = make_simulation(system, position, velocity, species)
-    simulation.advance(1000)
-    assert np.abs(simulation.state.velocity.sum(axis=1)).max() < 1e-11
-    assert np.mean(simulation.state.velocity**2) > 0.5
-
-
-@pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
-def test_order_of_storage_does_not_matter(box):
-    """Beads given in another order move alike but for the rounding of sums."""
-    system, position, velocity, species = mixture(box, 120)
-    order = np.random.default_rng(4).permutation(120)
-    one = make_simulation(system, position, velocity, species)
-    other = make_simulation(
-        system, position[:, order], velocity[:, order], species[order], identity=order
-    )
-    for simulation in (one, other):
-        simulation.advance(20)
-    assert_same_place(by_identity(one, "position"), by_identity(other, "position"), box, 1e-9)
-    for name in ("velocity", "force"):
-        found, expected = by_identity(one, name), by_identity(other, name)
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8)

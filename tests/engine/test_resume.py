@@ -98,13 +98,48 @@ def test_interrupted_run_goes_on_to_the_same_bits(whole, tmp_path, last, saved):
     assert_same_run((simulation, observers), whole)
 
 
-def test_run_interrupted_many_times(whole, tmp_path):
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
-    for last in (1000, 1025, 1100, 1100, 1140):
-        interrupted_run(checkpoint, last)
-    simulation, observers, steps = new_run()
-    run(simulation, steps, observers, checkpoint)
-    assert_same_run((simulation, observers), whole)
+LIQUID = SCENE | {
+    "dimension": 3,
+    "box": [4.0, 5.0, 4.5],
+    "molecules": [{"architecture": "A 3 B", "count": 40}, {"architecture": "B", "count": 80}],
+    "steps": {"equilibrate": 20, "sample": 60},
+    "observe": [{name: {"every": 5}} for name in ("thermo", "chains", "end_to_end", "trace")],
+}
+STRESS = {"observe": [{"thermo": {"every": 4}}, {"stress_profile": {"every": 4, "bin": 0.3}}]}
+KINDS = {
+    "core, list": {"core": {"radius": 0.15, "force": 100}, "pairs": {"search": "list"},
+                   "start": {"relax": {"steps": 200, "dt": 0.001}},
+                   "integrator": {"scheme": "gw-vv", "dt": 0.002}},
+    "dpd-vv, list": {"integrator": {"scheme": "dpd-vv", "dt": 0.005}, "pairs": {"search": "list"}},
+    "frictions and masses": {"integrator": {"scheme": "dpd-vv", "dt": 0.01},
+                             "thermostat": {"gamma": {"A A": 4.5, "A B": 12, "B B": 0.5}},
+                             "mass": {"A": 0.5, "B": 3}},
+    "shear": {"integrator": {"scheme": "dpd-vv", "dt": 0.03}, "shear": {"rate": 0.4},
+              "observe": [{"displacement": {"every": 5}}, {"profile": {"every": 20}}]},
+    "trees": {"molecules": [{"architecture": "A 3 (B 2) A 3", "count": 30}],
+              "angle": {"A A A": {"stiffness": 5}, "B A A": {"stiffness": 4, "angle": 90},
+                        "A B B": {"stiffness": 3, "angle": 120}}},
+    "pressure": {"pressure": {"target": 30, "time": 0.4}} | STRESS,
+    "walls": {"walls": {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 3}} | STRESS,
+}  # fmt: skip
+
+
+@pytest.mark.few("dpd-vv, list", "pressure")
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_run_goes_on_to_the_same_bits(tmp_path, kind):
+    """Interrupted with two threads, and going on with three."""
+    scene = Scene(LIQUID | KINDS[kind])
+    system, checkpoint = system_of(scene), Checkpoint(tmp_path / "run.checkpoint", KEY)
+
+    def new(threads):
+        return Simulation(system, make_start(scene), threads), observables(scene, system)
+
+    whole, broken, again = (new(threads) for threads in (1, 2, 3))
+    run(whole[0], scene.steps, whole[1])
+    with pytest.raises(Interrupted):
+        run(broken[0], scene.steps, broken[1], checkpoint, stop_at(50), every_seconds=0.0)
+    assert 0 < run(again[0], scene.steps, again[1], checkpoint) <= 35
+    assert_same_run(again, whole)
 
 
 @pytest.mark.few(1)
@@ -118,14 +153,6 @@ def test_steps_with_looks_between_lead_to_the_same_bits(change):
     other.advance(1700)
     assert looks == [500, 1000, 1500]
     assert_same_state(one.state, other.state)
-
-
-def test_no_checkpoint_before_its_time(tmp_path):
-    """Saved by the clock: a run shorter than the interval leaves no file."""
-    simulation, observers, steps = new_run()
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
-    run(simulation, steps, observers, checkpoint, every_seconds=3600.0)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_checkpoint_of_another_run_is_ignored(whole, tmp_path):
@@ -156,41 +183,6 @@ def test_kill_while_writing_leaves_the_former_file(whole, tmp_path, monkeypatch)
     assert run(simulation, steps, observers, checkpoint, every_seconds=0.0) == LAST - 1110
     assert_same_run((simulation, observers), whole)
     assert list(tmp_path.iterdir()) == [checkpoint.path]
-
-
-def test_discarded_checkpoint_is_gone(tmp_path):
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
-    checkpoint.save(*new_run()[:2])
-    checkpoint.discard()
-    assert list(tmp_path.iterdir()) == []
-    checkpoint.discard()
-
-
-def test_ten_steps_are_three_and_seven():
-    """The same bits of state, virial and energy, measured on the way or not."""
-    one, other = new_run()[0], new_run()[0]
-    sums = one.advance_measured(10)
-    other.advance_measured(3)
-    again = other.advance_measured(7)
-    assert_same_state(one.state, other.state)
-    np.testing.assert_array_equal(sums.virial, again.virial)
-    np.testing.assert_array_equal(sums.energy, again.energy)
-    third = new_run()[0]
-    third.advance(10)
-    assert_same_state(third.state, one.state)
-
-
-def test_seed_decides_the_noise():
-    """Another seed is another trajectory from the same start; the same seed is the same."""
-    one, same, other = (new_run(seed)[0] for seed in (1, 1, 2))
-    other.state = make_simulation(
-        other.system, one.state.position, one.state.velocity, one.state.species,
-        one.state.identity,
-    ).state  # fmt: skip
-    for simulation in (one, same, other):
-        simulation.advance(10)
-    assert_same_state(one.state, same.state)
-    assert np.abs(one.state.velocity - other.state.velocity).max() > 0.1
 
 
 PROGRAM = """

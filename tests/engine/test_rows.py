@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 
 from dpd.engine import rows
-from dpd.engine.images import put_inside, row_edges
+from dpd.engine.integrate import put_inside, row_edges
 from dpd.engine.rows import CACHE_LINE, axes_of, rows_of
 from dpd.engine.threads import Share
 from dpd.jit import KERNEL
@@ -42,11 +42,6 @@ def test_rows_and_back(beads):
     np.testing.assert_array_equal(made[:, len(beads) :], 0.0)
     assert made.ctypes.data % CACHE_LINE == 0
     assert CACHE_LINE % made.strides[0] == 0
-
-
-@pytest.mark.parametrize("count", [0, 1])
-def test_rows_of_few(box, count):
-    assert axes_of(rows_of(np.ones((len(box), count))), len(box)).shape == (len(box), count)
 
 
 def test_copies(beads, box):

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
 from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
 from dpd.engine.simulation import Simulation
@@ -13,9 +12,9 @@ from dpd.engine.state import State
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
+from tests.engine.cases import stars
 from tests.engine.reference_stress import StressedReference
-from tests.engine.test_angles import stars
-from tests.systems import BOX_2D, BOX_3D, by_identity, fewer_in_python, make_simulation
+from tests.systems import BOX_2D, BOX_3D, by_identity, make_simulation
 
 BOXES = pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
 SLAB = {
@@ -37,10 +36,6 @@ PLANE = SLAB | {
 }  # fmt: skip
 WALLS = {"walls": {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 3}}
 PRESSED = {"pressure": {"target": 30, "time": 0.4}}
-
-
-class Interrupted(Exception):
-    """Stands for a kill."""
 
 
 def whole(virial):
@@ -104,22 +99,6 @@ def test_normal_pressure_follows_from_forces(box):
         )
 
 
-@pytest.mark.plain
-@pytest.mark.parametrize(("box", "tabled"), [(BOX_3D, False), (BOX_2D, True)], ids=["3D", "2D"])
-def test_step_by_step_beside_the_reference(box, tabled):
-    """Ten steps, with friction and noise, which are no part of it."""
-    system, position, velocity = stars(box, tabled)
-    simulation = make_simulation(system, position, velocity)
-    reference = StressedReference(system, "gw-vv", 0.5, position, velocity)
-    axis, length = len(box) - 1, box[-1]
-    for _ in range(fewer_in_python(10)):
-        simulation.advance(1)
-        reference.step()
-        found = virial_in_slices(system, simulation.state, Slices(axis, 17, 0.0, length))
-        expected = reference.virial_in_slices(axis, np.linspace(0, length, 18))
-        assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
-
-
 def sampled(data, threads=1):
     """Observers of a short run, and the simulation."""
     scene = Scene(data)
@@ -162,34 +141,6 @@ def test_each_sample_is_the_tensor_of_the_box(base, more):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("axis", ["x", "z"])
-def test_walls_beside_the_reference(axis):
-    """Bins, kinetic part and what walls carry, as plain NumPy has them at one time."""
-    data = SLAB | WALLS | {"steps": {"equilibrate": 30, "sample": 1}}
-    data["observe"] = [{"stress_profile": {"every": 1, "bin": 0.3, "axis": axis}}]
-    found, simulation = sampled(data)
-    profile, system = arrays_of(found["stress_profile"]), simulation.system
-    kinds = by_identity(simulation, "species").astype(int)
-    position, velocity = by_identity(simulation, "position"), by_identity(simulation, "velocity")
-    reference = StressedReference(system, "gw-vv", 0.5, position, velocity, kinds)
-    number = "xyz".index(axis)
-    width = profile["slice"][1] - profile["slice"][0]
-    middles = profile["slice"] + system.origin[number]
-    edges = np.append(middles - width / 2, middles[-1] + width / 2)
-    expected = reference.virial_in_slices(number, edges)
-    expected += reference.kinetic_in_slices(number, edges)
-    area = system.volume / system.extent[number]
-    normal, tangential = expected / (width * area)
-    np.testing.assert_allclose(profile["normal_pressure_profile"][0], normal, atol=1e-9)
-    np.testing.assert_allclose(profile["tangential_pressure_profile"][0], tangential, atol=1e-9)
-    assert ("wall_pressure_profile" in profile) is (axis == "z")
-    if axis == "z":
-        carried = reference.pressure_of_walls(number, edges, area)
-        assert carried.max() > 1
-        np.testing.assert_allclose(profile["wall_pressure_profile"][0], carried, atol=1e-9)
-
-
-@pytest.mark.thorough
 def test_forces_of_walls_balance_those_of_beads():
     """At any one time, what walls add to the normal virial ends on each bead with its force."""
     smooth = {"thermostat": {"gamma": 0}, "walls": {"axis": "z", "repulsion": 30}}
@@ -209,40 +160,3 @@ def test_forces_of_walls_balance_those_of_beads():
     assert np.abs(expected).max() > 1
     expected -= expected[0]
     np.testing.assert_allclose(through - through[0], expected, atol=1e-9 * np.abs(through).max())
-
-
-@pytest.mark.few(1)
-@pytest.mark.parametrize("data", [SLAB, SLAB | WALLS, PLANE], ids=["3D", "walls", "2D"])
-def test_threads_change_no_bit(data):
-    """One, two and four."""
-    names = [sampled(data, threads)[0]["stress_profile"] for threads in (1, 2, 4)]
-    one, *others = map(arrays_of, names)
-    for other in others:
-        for name, values in one.items():
-            np.testing.assert_array_equal(values, other[name], err_msg=name)
-
-
-@pytest.mark.few("periodic", "pressure")
-@pytest.mark.parametrize("more", [{}, WALLS, PRESSED], ids=["periodic", "walls", "pressure"])
-def test_a_run_that_was_killed_goes_on(tmp_path, more):
-    """From its checkpoint, to the same bits."""
-    scene = Scene(SLAB | more)
-    system = system_of(scene)
-
-    def new_run():
-        return Simulation(system, make_start(scene)), observables(scene, system)
-
-    def interrupt(step):
-        if step >= 30:
-            raise Interrupted
-
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", {"scene": "this"})
-    whole, parts = new_run(), new_run()
-    run(whole[0], scene.steps, whole[1])
-    with pytest.raises(Interrupted):
-        run(parts[0], scene.steps, parts[1], checkpoint, interrupt, every_seconds=0.0)
-    again = new_run()
-    assert 0 < run(again[0], scene.steps, again[1], checkpoint) < scene.steps.sample
-    for one, other in zip(again[1], whole[1], strict=True):
-        for name, array in other.arrays.items():
-            np.testing.assert_array_equal(one.arrays[name], array, err_msg=name)

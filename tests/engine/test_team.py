@@ -6,14 +6,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from dpd.engine.bonded import in_batches
 from dpd.engine.cells import PHASES, make_blocks
 from dpd.engine.threads import BLOCKS, LINE
 from dpd.errors import UserError
 from tests.systems import (
     assert_same_state,
     chains,
-    harmonic,
     make_simulation,
     make_system,
     random_beads,
@@ -87,26 +85,6 @@ def test_threads_do_not_change_a_bit(case):
         np.testing.assert_array_equal(sums.energy, one_sums.energy)
 
 
-@pytest.mark.few("five layers", "deep blocks", "friction twice, with bonds")
-@pytest.mark.parametrize("case", CASES)
-def test_steps_one_by_one_are_the_same(case):
-    """The rest of a kick, which waits for the next drift within a call, does not change a bit."""
-    together, _ = outcome(1, **CASES[case])
-    one_by_one, _ = outcome(1, **CASES[case], calls=(1,) * 15)
-    assert_same_state(one_by_one, together)
-
-
-def test_more_threads_than_beads():
-    system = make_system((3.0, 3.0, 3.0))
-    position, velocity = random_beads(system.box, 2)
-    states = []
-    for threads in (1, 5):
-        simulation = make_simulation(system, position, velocity, threads=threads)
-        simulation.advance(20)
-        states.append(simulation.state)
-    assert_same_state(*states)
-
-
 def rows_of_block(blocks, block):
     """Numbers of the rows of a block."""
     pieces = blocks.rows[blocks.piece[block] : blocks.piece[block + 1]]
@@ -137,14 +115,6 @@ def test_blocks_of_a_phase_push_no_bead_in_common(layers, rows):
     assert sorted(met) == list(range(layers * rows))
 
 
-@pytest.mark.parametrize("layers", [16, 21, 22, 33])
-def test_two_threads_have_as_much_to_do(layers):
-    blocks = make_blocks(layers, layers)
-    assert (np.diff(blocks.phase) % 2 == 0).all()
-    sizes = np.diff(blocks.rows, axis=1)
-    assert sizes.max() <= sizes.min() + 1
-
-
 @pytest.mark.parametrize("layers", [32, 47, 69, 100])
 def test_blocks_of_a_large_system_are_deep_and_even(layers):
     """About as many as are enough; whole pairs of them in each phase; depths differ by one."""
@@ -153,19 +123,6 @@ def test_blocks_of_a_large_system_are_deep_and_even(layers):
     assert len(blocks.phase) == 5 and (np.diff(blocks.phase) % 2 == 0).all()
     deep = np.diff(blocks.piece)
     assert deep.min() > 1 and deep.max() <= deep.min() + 1
-
-
-def test_batches_of_bonds_share_no_bead():
-    bonds = in_batches(harmonic(1.0, 0.5), np.concatenate([chains(300, 7), [[2100, 2101]]]))
-    assert len(bonds.batch) > 3
-    assert bonds.batch[0] == 0 and bonds.batch[-1] == len(bonds.members)
-    parts = [set(bonds.members[a:b].ravel()) for a, b in zip(bonds.batch[:-1], bonds.batch[1:])]
-    assert sum(map(len, parts)) == len(set.union(*parts))
-
-
-def test_bonds_of_one_molecule_are_one_batch():
-    ring = np.stack([np.arange(2000), (np.arange(2000) + 1) % 2000], axis=1)
-    assert len(in_batches(harmonic(1.0, 0.5), ring).batch) == 2
 
 
 def test_blown_up_run_ends_for_all_threads():

@@ -1,4 +1,4 @@
-"""How a system at constant pressure stretches its box, between calls of the compiled loop.
+"""How a system at constant pressure changes its box, between calls of the compiled loop.
 
 `dpd.physics.pressure` says what volume is tried and whether it counts. Trials belong to steps,
 every so many of them, not to calls: however a run is cut into calls, it has the same bits.
@@ -50,9 +50,7 @@ def sample_rescaling(
 
 def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
     """Try another volume from one sample of where the beads are; return that of where they end."""
-    system, before, box, kept = (
-        simulation.system, simulation.state, simulation.box, simulation.kept
-    )  # fmt: skip
+    system, before, box = simulation.system, simulation.state, simulation.box
     kT, h = system.kT, law.every * system.dt
     random = draw(system.seed, before.step)
     here = look_at(system, law, before, box, sums.of(-1))
@@ -64,7 +62,7 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
     there = look_at(system, law, simulation.state, stretched, moved.of(-1))
     if math.log(random.chance) < -law.change(here, there, kT, h):
         return moved
-    simulation.put_back(kept)
+    simulation.state = before
     return sums
 
 
@@ -72,9 +70,8 @@ def look_at(system: System, law: Pressure, state: State, box: Box, sums: Sums) -
     """What the law of constant pressure asks of a state.
 
     Where momentum is conserved, velocities are those about the centre of mass, and N places come
-    with N - 1 momenta along each axis. Stretched with the box, the one that is missing would leave
-    a factor 1 / V in the density of volumes, which no ensemble has; -kT ln V in the energy, and
-    kT / V in the pressure, take it out.
+    with N - 1 momenta along each axis, which would leave a factor 1 / V in the density of volumes;
+    -kT ln V in the energy, and kT / V in the pressure, take it out.
     """
     axes, volume = list(law.axes), math.prod(box)
     # How an array lies in memory decides last bits.
@@ -84,20 +81,19 @@ def look_at(system: System, law: Pressure, state: State, box: Box, sums: Sums) -
     virial = np.diagonal(sums.virial[CONSERVATIVE])
     pressure = float((kinetic + virial)[axes].mean()) / volume
     energy = 0.5 * float(kinetic.sum()) + float(sums.energy.sum())
-    if conserves_momentum(system):
+    if not _in_bath(system):
         pressure += system.kT / volume
         energy -= system.kT * math.log(volume)
     return Look(volume, pressure, energy)
 
 
-def conserves_momentum(system: System) -> bool:
-    """Whether no friction with a bath takes up momentum."""
-    return not (system.per_bead and np.any(system.friction))
+def _in_bath(system):
+    return system.per_bead and np.any(system.friction)
 
 
 def drift(system: System, state: State) -> np.ndarray:
     """(dimension, 1) array: the velocity of the centre of mass; 0 where a bath brakes it."""
-    if not conserves_momentum(system):
+    if _in_bath(system):
         return np.zeros((len(state.velocity), 1))
     momenta = np.ascontiguousarray(system.momenta(state))
     mass = np.broadcast_to(system.mass_of(state.species), momenta.shape[1:])
@@ -127,7 +123,7 @@ def stretched_state(system: System, state: State, box: Box, stretched: Box) -> S
 
 
 def refuse_box(law: Pressure, system: System, box: Box, step: int) -> None:
-    """Refuse a box that no longer fits the forces, or that is far from that of the system."""
+    """Refuse a box that no longer fits the forces, or is far from that of the system."""
     target = f"pressure.target {law.target:g}"
     times = math.prod(box) / system.volume
     if times > MOST_TIMES:

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numba import uint32, uint64
 
-from dpd.engine.images import nearest_images
 from dpd.engine.pair import CLOSEST
-from dpd.engine.rows import push_apart
+from dpd.engine.rows import nearest_images, push_apart
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS
 from dpd.jit import inlined
 from dpd.physics.common.forces import curvature, energy, force, force_over_r, law_of
@@ -29,9 +28,7 @@ class Angles(NamedTuple):
 
     law: Any  # what acts in each
     members: np.ndarray  # (n, 3) uint32: identities of the three beads, the middle one in between
-    # (batches + 1,) int64: where batches of angles begin and end: those of the molecules of each
-    # batch of bonds
-    batch: np.ndarray
+    batch: np.ndarray  # (batches + 1,) int64: where those of each batch of bonds begin, and the end
 
 
 class Bonds(NamedTuple):
@@ -39,9 +36,7 @@ class Bonds(NamedTuple):
 
     law: Any  # what acts along each
     members: np.ndarray  # (n, 2) uint32: identities of the two ends
-    # (batches + 1,) int64: where batches of bonds begin and end. No two batches have a bead in
-    # common, so threads may work on them at the same time.
-    batch: np.ndarray
+    batch: np.ndarray  # (batches + 1,) int64: where each begins, and the end
 
 
 class Arms(NamedTuple):
@@ -67,18 +62,10 @@ class Opening(NamedTuple):
 
 
 def bonds_of(system: System) -> Bonds | None:
-    """Bonds of a system as kernels take them; None for a system without bonds."""
-    return in_batches(system.bond, system.members)
-
-
-def in_batches(bond: Any, members: np.ndarray | None) -> Bonds | None:
-    """`Bonds`, cut into batches between molecules that are numbered one after the other.
-
-    None for a system without bonds.
-    """
-    if bond is None:
+    """Bonds, cut into batches between molecules that are numbered one after the other."""
+    if system.bond is None:
         return None
-    members = np.ascontiguousarray(members, dtype=np.uint32)
+    members = np.ascontiguousarray(system.members, dtype=np.uint32)
     highest = np.maximum.accumulate(members.max(axis=1))
     lowest = np.minimum.accumulate(members.min(axis=1)[::-1])[::-1]
     cuts = 1 + np.flatnonzero(highest[:-1] < lowest[1:])
@@ -87,11 +74,11 @@ def in_batches(bond: Any, members: np.ndarray | None) -> Bonds | None:
         if cut - batch[-1] >= BONDS_AT_ONCE:
             batch.append(cut)
     batch.append(len(members))
-    return Bonds(_as_compiled(bond), members, np.array(batch, np.int64))
+    return Bonds(_as_compiled(system.bond), members, np.array(batch, np.int64))
 
 
 def angles_of(system: System, bonds: Bonds | None) -> Angles | None:
-    """Angles of a system, cut into the batches of the bonds between them; None without angles."""
+    """Angles, cut into the batches of the bonds between them."""
     if system.angle is None or bonds is None:
         return None
     members = np.ascontiguousarray(system.angle_members, dtype=np.uint32)
@@ -116,7 +103,7 @@ def _as_compiled(law):
 
 
 def buffers_of(dimension: int, *bonded: Bonds | Angles | None, whole: bool = False) -> Arms | None:
-    """Room for the largest batch of some bonds or angles, or for all; None where there are none."""
+    """Room for the largest batch of some bonds or angles, or for the whole of them."""
     there = [each for each in bonded if each is not None]
     if not there:
         return None

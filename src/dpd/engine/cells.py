@@ -1,7 +1,7 @@
 """Cells: sort beads so that neighbours in space are neighbours in memory.
 
-Cells are numbered with the last axis fastest, so a row of cells along that axis is one
-stretch of memory. The place of a cell in its row is called its level.
+The last axis is the fastest: a row of cells along it is one piece of memory. The place of a cell in
+its row is called its level.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.images import along_lattice
 from dpd.engine.rows import copy_row, rows_of
 from dpd.engine.space import edges_of, longest_cutoffs
 from dpd.jit import inlined, inlined_exactly
@@ -29,15 +28,11 @@ IN_CELL, IN_ROW = 0, 1
 
 
 class Blocks(NamedTuple):
-    """Blocks of the rows of a grid, in the order in which they are worked on."""
+    """Blocks of the rows of a grid, in order; no two blocks of a phase push the same bead."""
 
-    # (pieces, 2) int64: first row of each piece of a layer and the one after its last
-    rows: np.ndarray
-    # (blocks + 1,) int64: where the pieces of each block begin, and those of the last end
-    piece: np.ndarray
-    # (phases + 1,) int64: where each phase begins, and the last ends. No two blocks of a phase push
-    # the same bead.
-    phase: np.ndarray
+    rows: np.ndarray  # (pieces, 2) int64: first row of each piece of a layer, and its end
+    piece: np.ndarray  # (blocks + 1,) int64: where the pieces of each block begin
+    phase: np.ndarray  # (phases + 1,) int64: where each phase begins, and the last ends
 
 
 class Grid(NamedTuple):
@@ -76,7 +71,7 @@ def grid_of(box: Sequence[float], cutoff: float) -> Grid:
 
 @lru_cache(maxsize=8)
 def _grid(box, shape):
-    """The same, of so many cells; kept, as observables ask for it again and again."""
+    """The same, of so many cells; cached, as observables ask for it again and again."""
     across, edges = np.array(shape[:-1]), np.array(box[:-1])
     here = np.array(list(product(*map(range, across))))
     around = list(product((-1, 0, 1), repeat=len(across)))
@@ -131,11 +126,26 @@ def cell_buffers(grid: Grid, beads: int, threads: int) -> Cells:
 
 
 @inlined_exactly()
+def boxes_beside(x, i, edges, slide):
+    """Boxes along the flow between bead i and its image in the tilted cell, 0 <= x' < L_x."""
+    along = x[i, slide.flow] - slide.tilt[0] * x[i, slide.gradient]
+    return np.floor(along / edges[slide.flow])
+
+
+@inlined_exactly()
+def along_lattice(x, i, k, edges, slide):
+    """Place of bead i along axis k of the lattice, in the box."""
+    if k != slide.flow:
+        return x[i, k]
+    along = x[i, k] - slide.tilt[0] * x[i, slide.gradient]
+    return along - edges[k] * boxes_beside(x, i, edges, slide)
+
+
+@inlined_exactly()
 def cell_of(x, i, edges, shape, slide):
     """Number of the cell that holds bead i, and its level.
 
-    Sorting asks, and a resumed list asks again, so it is rounded as written: left free, two
-    copies of the code put a bead on a boundary in two cells.
+    Rounded as written: left free, two copies of the code put a bead on a boundary in two cells.
     """
     cell, along = 0, 0
     for k in range(len(edges)):
@@ -163,10 +173,7 @@ def count_cells(x, mine, cell, along, count, edges, shape, slide):
 
 @inlined()
 def share_cells(start, free, most, levels):
-    """Turn each thread's counts into where its beads go: after those of threads before it.
-
-    Rows have so many ``levels``.
-    """
+    """Turn each thread's counts into where its beads go: after those of threads before it."""
     total, in_cell, in_row = uint32(0), uint32(0), uint32(0)
     for row in range(uint64(0), uint64(free.shape[1]), uint64(levels)):
         before = total
@@ -187,8 +194,7 @@ def share_cells(start, free, most, levels):
 def find_places(place, level, mine, cell, along, free):
     """Find where each of a thread's beads goes, and note the level of what is there then.
 
-    The sort is stable, so the order of storage follows from the state alone, and a resumed run
-    adds up its forces in the same order as an uninterrupted one.
+    The sort is stable, so the order of storage and of sums follows from the state alone.
     """
     for i in range(mine.first, mine.end):
         s = free[cell[i]]
@@ -199,7 +205,7 @@ def find_places(place, level, mine, cell, along, free):
 
 @inlined()
 def move_beads(source, target, mine, place, edges):
-    """Copy a thread's share of the beads, two `Beads`, to their places."""
+    """Copy a thread's share of two `Beads` to their places."""
     move_rows(source.position, target.position, mine, place, edges)
     move_rows(source.velocity, target.velocity, mine, place, edges)
     move_rows(source.predicted, target.predicted, mine, place, edges)
@@ -210,13 +216,11 @@ def move_beads(source, target, mine, place, edges):
 
 @inlined(given="source")
 def move_rows(source, target, mine, place, edges):
-    """Copy rows to their places, if there are any."""
     for i in range(mine.first, mine.end):
         copy_row(target, place[i], source, i, edges)
 
 
 @inlined(given="source")
 def move_numbers(source, target, mine, place):
-    """Copy numbers to their places, if there are any."""
     for i in range(mine.first, mine.end):
         target[place[i]] = source[i]

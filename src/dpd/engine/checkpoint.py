@@ -1,14 +1,11 @@
-"""Checkpoints: the state of a run and what its observers have, in one file.
-
-The file is NumPy's own (`numpy.load` reads it), written whole or not at all, with a checksum of
-all that stands in it.
-"""
+"""Checkpoints: the state of a run and what its observers have, in a file of `numpy.savez`."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import os
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,7 +26,7 @@ MARK, NOTE, CHECKSUM = "dpd_checkpoint", "note", "checksum"
 
 
 class Stored(NamedTuple):
-    """What stands in a checkpoint: what run it is of, a note beside the state, arrays by name."""
+    """What stands in a checkpoint: see `Checkpoint`."""
 
     key: dict[str, Any]
     note: dict[str, Any]
@@ -52,13 +49,7 @@ def stored_in(path: str | os.PathLike[str]) -> Stored | None:
 
 
 def refuse_other_file(path: str | Path) -> None:
-    """Refuse to let a checkpoint take the place of somebody's file.
-
-    Raises
-    ------
-    UserError
-        If something is there that is neither a checkpoint, whole or damaged, nor empty.
-    """
+    """Refuse to let a checkpoint take the place of what is no checkpoint, whole or damaged."""
     if not os.path.lexists(path):
         return
     try:
@@ -76,15 +67,10 @@ def refuse_other_file(path: str | Path) -> None:
 
 
 class Checkpoint:
-    """State and observers' arrays in one file, written whole or not at all.
+    """State and observers' arrays in one file, written whole or not at all, with a checksum.
 
-    Parameters
-    ----------
-    path : path
-    key : dict
-        What the run is: scene and code digests. A file with another key is ignored.
-    note : dict, optional
-        Plain data to keep beside the state.
+    The key is what the run is, scene and code digests: a file with another one is ignored. The note
+    is plain data.
     """
 
     def __init__(self, path: str | Path, key: dict[str, Any], note: Any = None) -> None:
@@ -92,10 +78,7 @@ class Checkpoint:
         self.is_ours = False  # whether the file is of this run: saved by it, or resumed from
 
     def save(self, simulation: Simulation, observers: Sequence[Observer]) -> str:
-        """Write the state; why it could not be, or nothing.
-
-        A kill while writing leaves the previous file.
-        """
+        """Write the state; why it could not be, or nothing. A kill leaves the previous file."""
         for file in filter(None, map(file_of, observers)):
             file.flush()
         texts = {MARK: json.dumps(self.key, sort_keys=True), NOTE: json.dumps(self.note)}
@@ -114,14 +97,9 @@ class Checkpoint:
         return ""
 
     def resume(self, simulation: Simulation, observers: Sequence[Observer]) -> str:
-        """Put simulation and observers where the file left them, wholly or not at all.
+        """Put simulation and observers, at their beginning, where the file left them.
 
-        Returns why the file is refused, or nothing.
-
-        Raises
-        ------
-        UserError
-            If the file is not a checkpoint at all: it is somebody's, and stays.
+        Return why the file is refused, or nothing; a `UserError` if it is no checkpoint at all.
         """
         if not os.path.lexists(self.path):
             return ""
@@ -158,23 +136,10 @@ def _cut_files(stored, observers):
 
 
 def arrays_of(state: State, observers: Sequence[Any]) -> dict[str, np.ndarray]:
-    """All that a run consists of, as arrays by name: its state, and what observers have so far.
-
-    Returns
-    -------
-    dict of str to array
-        ``step``, the arrays of the state, and ``0/NAME`` of the first observer, and so on.
-    """
-    arrays = {"step": np.array(state.step)}
-    for name in (
-        "position", "velocity", "force", "identity", "species", "reference", "image", "peculiar",
-    ):  # fmt: skip
-        if getattr(state, name) is not None:
-            arrays[name] = getattr(state, name)
+    """All that a run consists of, by name: its state, and ``0/NAME`` of the first observer..."""
+    arrays = {name: np.asarray(value) for name, value in vars(state).items() if value is not None}
     if state.slid is not None:
         arrays["slid"] = np.array(state.slid, np.uint64)
-    if state.box is not None:
-        arrays["box"] = np.array(state.box)
     for i, observer in enumerate(observers):
         arrays |= {f"{i}/{name}": array for name, array in observer.arrays.items()}
     return arrays
@@ -185,13 +150,10 @@ def put_back(stored: Mapping[str, np.ndarray], observers: Sequence[Any]) -> Stat
     for i, observer in enumerate(observers):
         for name, array in observer.arrays.items():
             array[...] = stored[f"{i}/{name}"]
-    return State(
-        stored["position"], stored["velocity"], stored["force"], stored["identity"],
-        stored.get("species"), int(stored["step"]), stored.get("reference"),
-        int(stored["slid"]) if "slid" in stored else None,
-        tuple(map(float, stored["box"])) if "box" in stored else None,
-        stored["image"], stored.get("peculiar"),
-    )  # fmt: skip
+    state: dict[str, Any] = {each.name: stored.get(each.name) for each in fields(State)}
+    for name, plain in (("step", int), ("slid", int), ("box", lambda box: tuple(map(float, box)))):
+        state[name] = None if state[name] is None else plain(state[name])
+    return State(**state)
 
 
 def checksum_of(arrays: Mapping[str, np.ndarray]) -> str:

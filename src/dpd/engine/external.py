@@ -24,13 +24,10 @@ DEPTH, BEAD, STEP = 0, 1, 2  # what is noted of a bead behind a wall
 class AtWalls(NamedTuple):
     """What is noted of beads at walls during a call."""
 
-    # (walls, 2 + dimension): of one evaluation of the forces: the `ENERGY` of each wall; its
-    # `PUSH`, the sum of what it does to beads along its normal into the box; and from `DRAG` on the
-    # sum of the friction and noise on beads along each axis
+    # (walls, 2 + dimension), of one evaluation: the `ENERGY` of each wall; its `PUSH` on beads
+    # along its normal into the box; and from `DRAG` on the friction and noise along each axis
     sums: np.ndarray
-    # (threads, 3): of each thread the bead that got deepest behind a plane: `DEPTH`, `BEAD` and
-    # `STEP`
-    deepest: np.ndarray
+    deepest: np.ndarray  # (threads, 3): the bead deepest behind a plane: `DEPTH`, `BEAD`, `STEP`
 
 
 class Near(NamedTuple):
@@ -47,7 +44,6 @@ class Near(NamedTuple):
 
 
 def near_buffers(dimension: int) -> Near:
-    """Room for as many beads as are worked on at once."""
     size = int(PAIRS_AT_ONCE)
     slot, identity, partner = (np.empty(size, np.uint32) for _ in range(3))
     z, push, zeta = (np.empty(size) for _ in range(3))
@@ -56,7 +52,6 @@ def near_buffers(dimension: int) -> Near:
 
 @inlined()
 def draw(near, n, partner, gaussian, keys):
-    """Random numbers of the first ``n`` beads with a partner."""
     for c in range(n):
         near.partner[c] = uint32(partner)
     if gaussian:
@@ -100,7 +95,7 @@ def add_body_force(f, x, species, mine, body):
 
 @inlined(given="walls")
 def add_walls(team, f, x, v, identity, species, mine, walls, near, at_walls, now, edges):
-    """Add the forces of walls, if there are any; note who is deepest behind them."""
+    """Add the forces of walls; note who is deepest behind them."""
     deepest = at_walls.deepest[team.rank]
     for wall in range(len(walls.axis)):
         axis, inward = walls.axis[wall], walls.inward[wall]
@@ -118,8 +113,8 @@ def add_walls(team, f, x, v, identity, species, mine, walls, near, at_walls, now
                     deepest[DEPTH], deepest[BEAD] = -near.z[c], near.identity[c]
                     deepest[STEP] = now.step
     if now.measure:
-        # One thread does, so that the order of the sums, and with it their bits, is always the
-        # same. The others wait for it before they change velocities.
+        # One thread does, so that the order of the sums is always the same. The others wait for it
+        # before they change velocities.
         if team.rank == 0:
             measure_walls(at_walls.sums, x, v, identity, species, walls, near, now.keys, edges)
         barrier(team)
@@ -161,7 +156,6 @@ def find_near(near, x, identity, first, end, walls, wall):
 
 @inlined()
 def find_pushes(near, n, species, walls):
-    """Find the push on ``n`` beads near a wall."""
     for c in range(n):
         a = of_bead(walls.repulsion, species, near.slot[c])
         near.push[c] = force(walls, a, near.z[c])
@@ -180,13 +174,12 @@ def find_drag(near, n, v, walls, wall, friction, keys, edges):
 
 @inlined(given="walls")
 def renew_wall_friction(f, excess, x, mine, walls, edges):
-    """Replace the friction in a force by that of the velocities now, if walls have friction."""
+    """Replace the friction in a force by that of the velocities now."""
     renew_drag(f, excess, x, mine, walls, walls.friction, edges)
 
 
 @inlined(given="friction")
 def renew_drag(f, excess, x, mine, walls, friction, edges):
-    """The same of walls."""
     for wall in range(len(walls.axis)):
         axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
         for s in range(mine.first, mine.end):
@@ -197,7 +190,7 @@ def renew_drag(f, excess, x, mine, walls, friction, edges):
 
 @inlined()
 def add_wall_curvature(f, x, species, walls):
-    """Add the forces of walls on all beads; return their part in the Laplacian of the potential."""
+    """Add the forces of walls; return their part in the Laplacian of the potential."""
     if walls is None:
         return 0.0
     laplacian = 0.0

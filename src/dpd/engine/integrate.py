@@ -1,8 +1,7 @@
 """How beads move once forces are known: drifts, kicks, friction again, exchange of momentum.
 
-Each thread moves beads of its own. Kernels move them by the array of forces as if all masses were
-1: in a scene with masses each row of that array is divided by the mass of its bead once all forces
-are added up, and from then on holds accelerations.
+Each thread moves beads of its own, as if all masses were 1: in a scene with masses each row of the
+forces is divided by the mass of its bead once all are added up, and then holds accelerations.
 
 Friction depends on velocities that it changes itself. The DPD-VV scheme (Besold, Vattulainen,
 Karttunen and Polson 2000) takes it with the predicted velocities during the step and replaces it by
@@ -13,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.images import drift_with_flow, put_inside
 from dpd.engine.pair import share_of_pair
 from dpd.engine.rows import difference_along, flat, push_apart
 from dpd.engine.search import PAIRS_AT_ONCE
@@ -23,6 +21,7 @@ from dpd.physics.common.forces import change
 from dpd.physics.common.noise import Keys, gaussian_noise, pair_word, uniform_noise
 from dpd.physics.integrator import SHARDLOW, Scheme
 
+STRETCH = 256  # entries of rows whose edges are written out, for a loop without a look at the axis
 IN_CACHE = np.uint64(256)  # beads that stay there from one loop over them to the next
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
 SLOT, DISTANCE = 0, 1  # what is noted of such a bead
@@ -40,24 +39,28 @@ class Lost(NamedTuple):
 class Times(NamedTuple):
     """What a drift multiplies with."""
 
-    # of velocity and force in the way: dt and c dt^2. A scheme with its force in the middle of a
-    # step drifts for half of it.
+    # dt, or half of it where a scheme has its force in the middle of a step, and c dt^2
     drift: float
     half_square: float
     prediction: float  # lambda dt
-    # the parts of a step's kick that come with the force at its beginning, (1 - b) dt, and with the
-    # new one: b dt, or half of that where the force is in the middle
-    half_kick: float
-    kick: float
+    half_kick: float  # with the force at the beginning of a step, (1 - b) dt
+    kick: float  # with the new one, b dt, or half of that where the force is in the middle
 
 
 def times_of(scheme: Scheme, dt: float) -> Times:
-    """Those of a scheme."""
     return Times(
         0.5 * dt if scheme.middle else dt, scheme.acceleration * dt * dt,
         (scheme.prediction or 0.0) * dt, (1.0 - scheme.correction) * dt,
         scheme.correction * (0.5 * dt if scheme.middle else dt),
     )  # fmt: skip
+
+
+def row_edges(edges: tuple[float, ...], width: int) -> np.ndarray:
+    """(3, `STRETCH`): edges as rows have them, 1 for padding; their inverses; room for boxes."""
+    padded = np.ones(width)
+    padded[: len(edges)] = edges
+    repeated = np.tile(padded, STRETCH // width)
+    return np.stack([repeated, 1.0 / repeated, np.zeros(STRETCH)])
 
 
 @inlined()
@@ -74,10 +77,8 @@ def drift(
 ):
     """Move a thread's share of the beads, predict velocities; note one that moved too far.
 
-    In the end ``v`` holds v + dt (1 - b) f, ``predicted``, where it is not the velocity itself,
-    v + lambda dt f, and ``f`` is zero, for the next to be added up. ``kick`` is the part of the
-    last step's kick that this begins with: b dt, or 0 if it was done. ``lost`` gets the `SLOT` of
-    the bead or -1, and its `DISTANCE`.
+    In the end ``v`` holds v + dt (1 - b) f, ``predicted`` v + lambda dt f, and ``f`` is zero.
+    ``kick`` is the part of the last step's kick that this begins with: b dt, or 0 if it was done.
     """
     lost[SLOT] = -1.0
     for first in range(mine.first, mine.end, IN_CACHE):
@@ -113,7 +114,6 @@ def find_lost(v, f, mine, times, edges, lost):
 
 @inlined(given="predicted")
 def predict(predicted, v, f, mine, prediction):
-    """Predict velocities, where the prediction is not the velocity itself."""
     to, velocity, force, width = flat(predicted), flat(v), flat(f), np.uint64(v.shape[1])
     for q in range(mine.first * width, mine.end * width):
         to[q] = velocity[q] + prediction * force[q]
@@ -130,6 +130,100 @@ def move(x, v, f, mine, times):
 
 
 @inlined()
+def put_inside(x, image, identity, mine, wrap, edges, slide):
+    """Move beads to their image in the box, and count the boxes."""
+    if slide is not None:
+        put_inside_sliding(x, image, identity, mine, edges, slide)
+        return
+    entries, width = flat(x), np.uint64(x.shape[1])
+    begin, end = mine.first * width, mine.end * width
+    for first in range(begin, end, np.uint64(STRETCH)):
+        size = min(np.uint64(STRETCH), np.uint64(end - first))
+        outside = 0.0
+        for t in range(size):
+            edge = wrap[0, t]
+            boxes = np.floor(entries[first + t] * wrap[1, t])
+            inside = entries[first + t] - edge * boxes
+            entries[first + t] = max(inside, 0.0) if inside < edge else 0.0  # by rounding
+            wrap[2, t] = boxes if inside < edge else boxes + 1.0
+            outside += abs(wrap[2, t])
+        if outside > 0.0:
+            bead = np.uint64(first // width)
+            for t in range(np.uint64(0), size, width):
+                for k in range(len(edges)):
+                    count_box(image, identity[bead], k, wrap[2, t + np.uint64(k)])
+                bead += np.uint64(1)
+
+
+@inlined()
+def count_box(image, bead, k, boxes):
+    if boxes != 0.0:
+        image[bead, k] += np.int32(boxes)
+
+
+@inlined()
+def put_inside_sliding(x, image, identity, mine, edges, slide):
+    """The same in the upright box, with boxes counted along the tilted lattice."""
+    flow, gradient, tilt = slide.flow, slide.gradient, slide.tilt[0]
+    height = edges[gradient]
+    for i in range(mine.first, mine.end):
+        up = np.floor(x[i, gradient] / height)
+        inside = x[i, gradient] - height * up
+        if inside >= height:  # by rounding: it is the lower end of the next image
+            inside = 0.0
+            up += 1.0
+        x[i, gradient] = max(inside, 0.0)
+        x[i, flow] -= up * tilt * height
+        count_box(image, identity[i], gradient, up)
+        for k in range(len(edges)):
+            if k != gradient:
+                edge = edges[k]
+                boxes = np.floor(x[i, k] / edge)
+                inside = x[i, k] - edge * boxes
+                x[i, k] = max(inside, 0.0) if inside < edge else 0.0
+                count_box(image, identity[i], k, boxes if inside < edge else boxes + 1.0)
+
+
+@inlined()
+def tilt_at(slide, step):
+    """The tilt at a step."""
+    slid = np.int64(np.uint64(slide.parts * np.uint64(step) + slide.begun))
+    return slid / 2.0**64 * slide.ratio
+
+
+@inlined(given="slide")
+def slide_to(step, image, identity, mine, dt, slide):
+    """Put the images where they are at a step, and count whole edges by which the tilt falls back.
+
+    A bead that is images above is as many times those edges further along the flow.
+    """
+    slide.tilt[0] = tilt_at(slide, step)
+    ahead = tilt_at(slide, step - 1) + slide.rate * dt - slide.tilt[0]
+    boxes = np.int32(np.rint(ahead / slide.ratio))
+    if boxes != 0:
+        for i in range(mine.first, mine.end):
+            bead = identity[i]
+            image[bead, slide.flow] += boxes * image[bead, slide.gradient]
+
+
+@inlined(given="slide")
+def drift_with_flow(x, v, f, peculiar, mine, time, half_square, slide):
+    """Do to a thread's share of the beads what the flow does to the drift that follows.
+
+    The drift takes ``time`` and adds half_square f. A bead keeps its velocity v, so that about the
+    flow changes with the way along the gradient, and x grows by time v. Its way by itself is what
+    remains when the flow has carried it as at the middle of that way.
+    """
+    flow, gradient = slide.flow, slide.gradient
+    for i in range(mine.first, mine.end):
+        across = time * v[i, gradient] + half_square * f[i, gradient]
+        x[i, flow] += time * slide.rate * (x[i, gradient] + across)
+        v[i, flow] -= slide.rate * across
+        along = time * v[i, flow] + half_square * f[i, flow]
+        peculiar[i] += along + 0.5 * time * slide.rate * across
+
+
+@inlined()
 def first_lost(lost, identity, step):
     """The first bead that moved too far, if one did."""
     for rank in range(lost.shape[0]):
@@ -141,7 +235,7 @@ def first_lost(lost, identity, step):
 
 @inlined()
 def of_bead(values, species, s):
-    """The value for the species of the bead in slot s; without species there is one."""
+    """The value for the species of the bead in slot s."""
     if species is None:
         return values[0]
     return values[species[s]]
@@ -149,7 +243,6 @@ def of_bead(values, species, s):
 
 @inlined()
 def of_bead_or_one(values, species, s):
-    """The same; 1 where there are no values."""
     if values is None:
         return 1.0
     return of_bead(values, species, s)
@@ -165,7 +258,7 @@ def second_half(x, v, f, image, identity, mine, wrap, times, edges, slide, middl
 
 @inlined(given="mass")
 def divide_by_masses(f, species, mine, mass):
-    """Turn the forces on a thread's share of the beads into accelerations, if there are masses."""
+    """Turn the forces on a thread's share of the beads into accelerations."""
     for i in range(mine.first, mine.end):
         inverse = 1.0 / of_bead(mass, species, i)
         for k in range(f.shape[1]):
@@ -174,7 +267,7 @@ def divide_by_masses(f, species, mine, mass):
 
 @inlined(given="mass")
 def multiply_by_masses(f, species, mine, mass):
-    """Turn the accelerations back into forces, so that more forces can be added."""
+    """Turn the accelerations back into forces."""
     for i in range(mine.first, mine.end):
         for k in range(f.shape[1]):
             f[i, k] *= of_bead(mass, species, i)
@@ -201,7 +294,7 @@ def renew_friction(f, excess, ends, drag, first, end, edges):
 def exchange_momentum(v, cached, exchange, mass, identity, species, pairs, dt, keys, edges):
     """Let pairs exchange momentum, one after the other, in the order in which they were found.
 
-    Each sees the velocities that the pairs before it have left.
+    Each finds the velocities that the pairs before it have left.
     """
     drag, theta, low, high = cached.drag, pairs.theta, pairs.low, pairs.high
     swapped = Keys(keys.second, keys.first)  # numbers that the noise has not drawn

@@ -49,7 +49,7 @@ def run(
     """Equilibrate, then sample; return the steps done by this call, fewer than all after a resume.
 
     An observer has ``every`` (steps between its samples), and ``arrays``, a dict of the arrays that
-    it fills, which is all that a checkpoint keeps of it. One with ``equilibration`` counts its
+    it fills, which is all that a checkpoint has of it. One with ``equilibration`` counts its
     steps from the beginning of the run. It looks at a configuration with ``sample(simulation)``,
     for which the compiled loop ends; or it takes sums over beads and pairs, which the loop adds up
     on its way: ``record(sums)``, with `dpd.engine.state.Sums` of one or more of its steps;
@@ -59,21 +59,16 @@ def run(
     ----------
     steps : (int, int)
         To equilibrate, to sample.
-    checkpoint : dpd.engine.checkpoint.Checkpoint or None
+    checkpoint
         Saved every ``every_seconds`` of wall clock; read first if it is there.
-    progress : callable or None
+    progress
         Called with the number of steps done so far.
-    stopping : callable or None
-        The signal that asks to save and stop, or 0; called a few times a second on small systems.
-    say : callable or None
+    stopping
+        The signal that asks to save and stop (`Stopped` is raised), or 0.
+    say
         Called with a sentence on a checkpoint that is refused, or that cannot be written.
-    systems : list of (int, System)
+    systems
         Steps behind which the system is another one, the first of them 0; none if it stays.
-
-    Raises
-    ------
-    Stopped
-        If ``stopping`` says so, after saving the state.
     """
     equilibrate, sample = steps
     last = equilibrate + sample
@@ -158,25 +153,12 @@ def counts_from(observer: Any, equilibrate: int) -> int:
 
 def next_sample(observer: Observer, now: int, equilibrate: int) -> int:
     """Step of the observer's next sample after ``now``."""
-    taken = _taken(observer, now, equilibrate)
-    return counts_from(observer, equilibrate) + (taken + 1) * observer.every
+    first = counts_from(observer, equilibrate)
+    return first + (max(now - first, 0) // observer.every + 1) * observer.every
 
 
 def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) -> int:
-    """The next step at which the clock is looked at.
-
-    They follow the last sample at equal distances, whether a run began before that or goes on from
-    a shorter one.
-    """
-    sampled = [
-        counts_from(observer, equilibrate) + taken * observer.every
-        for observer in observers
-        if (taken := _taken(observer, now, equilibrate))
-    ]
-    stretch = stretch_of(beads)
-    return now + stretch - (now - max(sampled, default=0)) % stretch
-
-
-def _taken(observer, now, equilibrate):
-    """Samples that the observer has at step ``now``."""
-    return max(now - counts_from(observer, equilibrate), 0) // observer.every
+    """The next step at which the clock is looked at: equally far apart after the last sample."""
+    sampled = [next_sample(each, now, equilibrate) - each.every for each in observers]
+    last, stretch = max((step for step in sampled if step <= now), default=0), stretch_of(beads)
+    return now + stretch - (now - last) % stretch

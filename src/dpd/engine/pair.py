@@ -1,9 +1,8 @@
 """Forces of pairs of beads, some hundred pairs at a time.
 
-What acts between two beads stands in `dpd.physics`. Here are the loops: what each pair needs is
-gathered first, then the forces of all are worked out in one loop that the compiler makes into
-vectors, then the beads are pushed. Loops over axes count to the length of a tuple, which the
-compiler knows; an array's shape it does not, and the loops over pairs would not vectorise.
+What each pair needs is gathered first, then the forces of all are worked out in one loop that the
+compiler makes into vectors, then the beads are pushed. Loops over axes count to the length of a
+tuple, which the compiler knows; to that of an array the loops over pairs would not vectorise.
 """
 
 from __future__ import annotations
@@ -25,17 +24,14 @@ class Cached(NamedTuple):
     """Pairs that a step needs again after its forces."""
 
     ends: np.ndarray  # (2, size) uint32: slots
-    # (dimension, size): sqrt(gamma) w e of each, whose square is its friction. Zero for pairs in
-    # the skin of a list: to leave them out takes longer where there is no list, and short steps
-    # alone have one.
+    # (dimension, size): sqrt(gamma) w e of each, whose square is its friction; 0 for pairs in the
+    # skin of a list, as to leave them out takes longer where there is no list
     drag: np.ndarray
-    # (phases + 1,) int64: how many were found before each phase of the blocks, and in all
-    phase: np.ndarray
+    phase: np.ndarray  # (phases + 1,) int64: how many were found before each phase, and in all
     root: np.ndarray  # (species, species): sqrt(gamma) of each pair of species
 
 
 def cache_buffers(dimension: int, size: int, phases: int, gamma: np.ndarray) -> Cached:
-    """Room for so many pairs, which are yet to be found."""
     return Cached(
         np.empty((2, size), np.uint32), np.empty((dimension, size)),
         np.zeros(phases + 1, np.int64), np.sqrt(gamma),
@@ -44,7 +40,7 @@ def cache_buffers(dimension: int, size: int, phases: int, gamma: np.ndarray) -> 
 
 @inlined()
 def of_pair(values, species, i, j):
-    """The value for the species of the beads in slots i and j; without species there is one."""
+    """The value for the species of the beads in slots i and j."""
     if species is None:
         return values[0, 0]
     return values[species[i], species[j]]
@@ -52,7 +48,6 @@ def of_pair(values, species, i, j):
 
 @inlined()
 def share_of_pair(shares, species, i, j):
-    """The share of a pair in a friction; 1 where all pairs have the same."""
     if shares is None:
         return 1.0
     return of_pair(shares, species, i, j)
@@ -60,7 +55,7 @@ def share_of_pair(shares, species, i, j):
 
 @inlined(given="friction")
 def gather_friction(pairs, n, v, identity, species, friction, edges, slide, keys):
-    """Find the approach r_ij . v_ij and the random number of ``n`` pairs, if there is friction."""
+    """Find the approach r_ij . v_ij and the random number of ``n`` pairs."""
     i, j, separation, low, high = pairs.i, pairs.j, pairs.separation, pairs.low, pairs.high
     approach, theta = pairs.approach, pairs.theta
     for p in range(n):
@@ -104,7 +99,7 @@ def add_densities(density, pairs, n, many_body, edges):
 
 @inlined(given="density")
 def gather_crowds(pairs, n, density):
-    """Find the sum of both local densities of each of ``n`` pairs, if forces go with it."""
+    """Find the sum of both local densities of each of ``n`` pairs."""
     for p in range(n):
         pairs.crowd[p] = density[pairs.i[p]] + density[pairs.j[p]]
 
@@ -168,10 +163,7 @@ def measure_pairs(virial, sums, pairs, n, species, pair, many_body, edges):
 
 @inlined()
 def cache_pairs(cached, count, pairs, n, species, edges):
-    """Keep ``n`` pairs, if the step needs them again; those beyond the cutoff have no drag.
-
-    Return how many are kept then; or, if there is no room, how many there would have to be for.
-    """
+    """Cache ``n`` pairs; return how many are, or how many there would have to be room for."""
     if cached is None:
         return count
     ends, drag, end = cached.ends, cached.drag, np.uint64(count)
@@ -189,5 +181,4 @@ def cache_pairs(cached, count, pairs, n, species, edges):
 
 @inlined(given="cached")
 def close_phase(cached, phase, count):
-    """Note how many pairs were found up to the end of a phase."""
     cached.phase[phase + 1] = count

@@ -1,8 +1,8 @@
-"""Arrays with a row for each bead, and what kernels do with a row or eight distances at once.
+"""Arrays with a row for each bead, what kernels do with rows, and nearest images.
 
 Numba leaves out the pass of LLVM that joins the entries of a row into a vector, so what loads and
-stores a row at once is written out in LLVM's own instructions. Beside each such function stands
-what it does in Python, which is what runs with NUMBA_DISABLE_JIT=1.
+stores a row at once is written out in LLVM's own instructions, with what runs under
+NUMBA_DISABLE_JIT=1 before it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numba import types
 from numba.core import cgutils
 from numba.np.arrayobj import populate_array
 
-from dpd.jit import intrinsic_for
+from dpd.jit import inlined, intrinsic_for
 
 CACHE_LINE = 64  # bytes
 LANES = 8  # distances that `near` compares at a time
@@ -260,3 +260,39 @@ def near(typing, position, edges, place, first, limit):
         return builder.zext(builder.bitcast(hit, ir.IntType(LANES)), ir.IntType(64))
 
     return types.uint64(position, edges, place, first, limit), code
+
+
+@inlined()
+def nearest_image(apart, edge):
+    """A separation along an axis at its nearest image."""
+    return apart - edge * np.rint(apart / edge)
+
+
+@inlined()
+def nearest_images(apart, n, edges, slide):
+    """Put the first ``n`` separations of a (dimension, size) array at their nearest image."""
+    if slide is not None:
+        add_tilt(apart, n, -slide.tilt[0], slide)
+    for k in range(len(edges)):
+        edge = edges[k]
+        for p in range(n):
+            apart[k, p] = nearest_image(apart[k, p], edge)
+    if slide is not None:
+        add_tilt(apart, n, slide.tilt[0], slide)
+
+
+@inlined()
+def add_tilt(apart, n, tilt, slide):
+    """From coordinates along the lattice to those in the box; with minus the tilt, back."""
+    for p in range(n):
+        apart[slide.flow, p] += tilt * apart[slide.gradient, p]
+
+
+@inlined()
+def squared_distance(one, i, other, j, edges):
+    """Squared distance of row i of one array from row j of another; not under shear."""
+    r2 = 0.0
+    for k in range(len(edges)):
+        d = nearest_image(one[i, k] - other[j, k], edges[k])
+        r2 += d * d
+    return r2

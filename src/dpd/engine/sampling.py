@@ -27,7 +27,7 @@ class Across(NamedTuple):
 
 
 def across_of(system: System) -> Across | None:
-    """The cells across the flow of a system; None in a fluid at rest, which has but one."""
+    """The cells across the flow of a system; None in a fluid at rest."""
     if not system.flow:
         return None
     found = [(axis, *system.layers(axis, thickness)) for axis, thickness in system.flow]
@@ -54,7 +54,6 @@ class Sampled(NamedTuple):
 
 
 def sampled_buffers(samples: int, beads: int, across: Across | None, shared: Shared) -> Sampled:
-    """Room for so many samples of what threads find."""
     tasks, layers = -(-beads // PER_TASK), () if across is None else across.layers
     cells, q = int(np.prod(layers)), shared.virial.shape[2] + 1 + len(layers)
     of_beads = np.zeros((tasks, cells, q + 1, q))
@@ -78,7 +77,7 @@ def sampled_buffers(samples: int, beads: int, across: Across | None, shared: Sha
 
 @inlined()
 def add_up_beads(team, x, v, species, mass, across, sampled, edges):
-    """Add up the moments of the velocities, all threads together."""
+    """Add up the moments of the velocities."""
     for task in range(team.rank, sampled.place.shape[0], team.size):
         first, end = task * PER_TASK, (task + 1) * PER_TASK
         if end > x.shape[0]:
@@ -95,7 +94,7 @@ def add_up_beads(team, x, v, species, mass, across, sampled, edges):
 
 @inlined()
 def find_one_cell(moments, v, species, mass, some, edges):
-    """Find those of one cell, where w = (v, 1), in registers, which is three times as fast."""
+    """Those of one cell, where w = (v, 1), in registers: three times as fast."""
     one, z = len(edges), len(edges) - 1  # in two dimensions z is y
     total, px, py, pz, xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for s in range(some.first, some.end):
@@ -115,10 +114,10 @@ def find_one_cell(moments, v, species, mass, some, edges):
 
 @inlined()
 def add_moments(moments, place, x, v, species, mass, across, some, edges):
-    """Add the sums of m w w over some beads, cell by cell, and their number.
+    """Add the sums of m w w over some beads, cell by cell; below the matrix, their number.
 
     With w = (v, 1, s), s being the places of a bead along the axes of its cell, in layers from the
-    middle. The number is in the row below the matrix.
+    middle.
     """
     axes, one = len(across.axis), len(edges)
     for s in range(some.first, some.end):

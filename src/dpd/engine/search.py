@@ -1,9 +1,9 @@
 """Pairs of beads closer than a cutoff, found row by row of cells.
 
-A row of cells and the rows ahead of it are merged into one line of memory, level by level,
-the row's own beads first in each level. The partners of a bead are then in one stretch, from
-the level before its own to the one after. One long loop over distances and one over hits
-take the place of many short ones with lengths that no processor can foresee.
+A row of cells and the rows ahead of it are merged into one line of memory, level by level, the
+row's own beads first in each level. The partners of a bead are then together, from the level before
+its own to the one after. One long loop over distances and one over hits take the place of many
+short ones with lengths that no processor can foresee.
 """
 
 from __future__ import annotations
@@ -13,9 +13,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.cells import IN_CELL, IN_ROW, SPARE, Cells, Grid
-from dpd.engine.images import boxes_beside, nearest_images, squared_distance
-from dpd.engine.rows import LANES, lowest, near, popcount, sum_to_column
+from dpd.engine.cells import IN_CELL, IN_ROW, SPARE, Cells, Grid, boxes_beside
+from dpd.engine.rows import (
+    LANES,
+    lowest,
+    near,
+    nearest_images,
+    popcount,
+    squared_distance,
+    sum_to_column,
+)
 from dpd.engine.space import Slide
 from dpd.engine.threads import BLOCKS, next_task
 from dpd.jit import inlined
@@ -29,26 +36,19 @@ HALF, LOW = np.uint64(32), np.uint64(0xFFFFFFFF)
 
 
 class Pairs(NamedTuple):
-    """Buffers for some pairs of beads.
-
-    They are arrays of their own, and not rows of one: the compiler would take rows to overlap, and
-    would not vectorise.
-    """
+    """Buffers for some pairs: not rows of one array, which the compiler would take to overlap."""
 
     # (size,) uint32: slots of the two beads
     i: np.ndarray
     j: np.ndarray
     separation: np.ndarray  # (dimension, size): r_i - r_j at the nearest image
-    # (size,): what the forces need of each pair: a_ij, r_ij . v_ij, a random number, and the sum of
-    # both local densities; in the search for these, what a pair adds.
-    repulsion: np.ndarray
-    approach: np.ndarray
-    theta: np.ndarray
-    crowd: np.ndarray
-    # (size,): what the forces find: F / r; that of the conservative force, where it is measured;
-    # w / r
+    # (size,): what the forces need, and find
+    repulsion: np.ndarray  # a_ij
+    approach: np.ndarray  # r_ij . v_ij
+    theta: np.ndarray  # a random number
+    crowd: np.ndarray  # sum of both local densities; before, what the pair adds to each
     force_over_r: np.ndarray
-    conservative_over_r: np.ndarray
+    conservative_over_r: np.ndarray  # where it is measured
     weight_over_r: np.ndarray
     # (size,) uint32: the smaller and the larger of the two identities
     low: np.ndarray
@@ -60,9 +60,8 @@ class Line(NamedTuple):
 
     position: np.ndarray  # (dimension, size)
     slot: np.ndarray  # (size,) uint32: where each bead is stored
-    # (lanes + 3,) int64, where lanes are levels rounded up to whole vectors: place of the first
-    # bead of each level, from -1 (the last one, a box before) to the number of levels (the first
-    # one, a box further); and where that ends
+    # (lanes + 3,) int64, lanes being levels rounded up to whole vectors: place of the first bead of
+    # each level, from -1 (the last one, a box before) to one more than there are; and the end
     first: np.ndarray
     # (levels + 1,) int64: place of the first bead that is not the row's own, from level -1 on
     ahead: np.ndarray
@@ -95,18 +94,12 @@ class Search(NamedTuple):
 def pair_buffers(dimension: int) -> Pairs:
     """Buffers for all pairs that are found at once."""
     size = int(PAIRS_AT_ONCE + WORD)
-    i, j, low, high = (np.empty(size, np.uint32) for _ in range(4))
-    repulsion, approach, theta, crowd, force, conservative, weight = (
-        np.empty(size) for _ in range(7)
-    )
-    separation = np.empty((dimension, size))
-    return Pairs(
-        i, j, separation, repulsion, approach, theta, crowd, force, conservative, weight, low, high
-    )
+    slots = {name: np.empty(size, np.uint32) for name in ("i", "j", "low", "high")}
+    numbers = {name: np.empty(size) for name in Pairs._fields if name not in slots}
+    return Pairs(**numbers | slots | {"separation": np.empty((dimension, size))})
 
 
 def line_buffers(grid: Grid, size: int) -> Line:
-    """A line with room for so many beads."""
     dimension, levels, rows = len(grid.shape), grid.shape[-1], grid.base.shape[1]
     lanes = (levels + SPARE - 1) // SPARE * SPARE
     return Line(
@@ -199,10 +192,9 @@ def find_partners(bead, begin, same, end, limit, position, hit, hits, edges):
     """Append pairs of the row's own bead at place ``bead`` with a word of candidates.
 
     Candidates are from ``begin`` on. Own beads of the level before have found this one, and so have
-    those before it in its own level, which begins at ``same``. The length is rounded up: what lies
-    beyond ``end`` is two levels away, further than the cutoff. Each candidate leaves one bit. Bits
-    are read off some at a time, whether there are as many or not: one branch for each would often
-    be foreseen wrongly.
+    those before it in its own level, which begins at ``same``. What lies beyond ``end`` is two
+    levels away, further than the cutoff. Each candidate leaves one bit; bits are read off some at a
+    time, as one branch for each would often be foreseen wrongly.
     """
     bits = U0
     for t in range(U0, min(WORD, uint64(end - begin)), uint64(LANES)):
@@ -228,7 +220,6 @@ def ones(end, begin):
 
 @inlined()
 def first_place():
-    """Where a search through all beads begins."""
     return Place(int64(0), int64(-1), U0)
 
 
@@ -243,8 +234,8 @@ def place_of_piece(piece, pieces, start, levels):
 def next_pairs(at, end, x, search, cutoff):
     """Find some more pairs closer than the cutoff, up to the slot ``end``, where a row ends.
 
-    ``x`` are positions sorted by cell, inside the box. Return where to go on, and how many were
-    found: `PAIRS_AT_ONCE` or a few more, or all that were left.
+    Positions are sorted by cell, inside the box. Return where to go on, and how many were found:
+    `PAIRS_AT_ONCE` or a few more, or all that were left.
     """
     start, level, grid, line, edges = (
         search.cells.start, search.cells.level, search.grid, search.line, search.edges,
@@ -295,7 +286,6 @@ class Listed(NamedTuple):
 
 
 def list_buffers(grid: Grid, size: int) -> Listed:
-    """A list yet to be made, with room for so many pairs."""
     blocks, phases = len(grid.blocks.piece) - 1, len(grid.blocks.phase) - 1
     return Listed(
         np.empty((2, size), np.uint32),
@@ -336,7 +326,7 @@ def list_pairs(team, x, search, reach, listed):
 
 @inlined()
 def farthest_move(x, reference, mine, edges):
-    """Largest squared distance of a bead from where the list was made; infinity without a list."""
+    """Largest squared distance of a bead from the reference; infinity without a list."""
     if reference is None:
         return np.inf
     farthest = 0.0

@@ -10,8 +10,7 @@ import numpy as np
 from dpd.engine.bonded import angles_of, bonds_of, buffers_of
 from dpd.engine.cells import cell_buffers, grid_of
 from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls, near_buffers
-from dpd.engine.images import row_edges
-from dpd.engine.integrate import times_of
+from dpd.engine.integrate import row_edges, times_of
 from dpd.engine.pair import cache_buffers
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
 from dpd.engine.sampling import across_of, sampled_buffers
@@ -93,13 +92,8 @@ class Simulation(Snapshot):
 
     Beads outside the box are put to their image inside. With a force of None, or for a list without
     a reference, the force is evaluated where the beads are. The number of threads that share the
-    work does not change a bit of the result.
-
-    Raises
-    ------
-    UserError
-        If a coordinate or a velocity is not a finite number; for more than one thread with a
-        scheme whose pairs exchange momentum one after the other.
+    work does not change a bit of the result. A `UserError` refuses what is not a finite number, and
+    more than one thread with a scheme whose pairs exchange momentum one after the other.
     """
 
     def __init__(self, system: System, state: State, threads: int = 1) -> None:
@@ -133,7 +127,6 @@ class Simulation(Snapshot):
         self.system = system
         if anew:
             self.state = replace(self.state, force=None, reference=None)
-        self._rows: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # of the state, as views of rows
         self._spare: Beads | None = None
         self._plan, self._room = _plan_of(system, self.box), np.zeros(3, np.int64)
         self._make_buffers()
@@ -151,35 +144,21 @@ class Simulation(Snapshot):
 
     def measure(self) -> Sums:
         """The same where the beads are, leaving the state alone."""
-        kept = self.kept
+        before = self.state
         try:
-            return self.call(0, [self.state.step], measure=True).of(-1)
+            return self.call(0, [before.step], measure=True).of(-1)
         finally:
-            self.put_back(kept)
-
-    @property
-    def kept(self) -> tuple[State, dict[str, tuple[np.ndarray, np.ndarray]]]:
-        """The state, and its rows, for `put_back`."""
-        return self.state, self._rows
-
-    def put_back(self, kept: tuple[State, dict[str, tuple[np.ndarray, np.ndarray]]]) -> None:
-        """Go back to a state that was `kept`."""
-        self.state, self._rows = kept
+            self.state = before
 
     def sample(self, steps: int, samples: Iterable[int], measure: bool = False) -> Sums:
         """Advance by ``steps`` >= 1 steps, and take sums after some, the earliest first.
 
         Virial and energy, if asked for, come with the forces at the end of the step, or, where a
-        scheme has its force in the middle of it, of one more evaluation.
-
-        Raises
-        ------
-        Unstable
-            With the state as it was before the call.
-        UserError
-            With the same, if the box becomes too large or too small at constant pressure.
+        scheme has its force in the middle of it, of one more evaluation. The state is as it was
+        before the call if the run blows up (`Unstable`), or the box becomes too large or too small
+        at constant pressure (`UserError`).
         """
-        at, kept = np.array(list(samples), np.int64), self.kept
+        at, before = np.array(list(samples), np.int64), self.state
         try:
             if self.system.pressure is None:
                 return self.sample_in_box(steps, at, measure)
@@ -187,7 +166,7 @@ class Simulation(Snapshot):
 
             return sample_rescaling(self, self.system.pressure, steps, at, measure)
         except UserError:
-            self.put_back(kept)
+            self.state = before
             raise
 
     def sample_in_box(self, steps: int, at: np.ndarray, measure: bool) -> Sums:
@@ -197,9 +176,9 @@ class Simulation(Snapshot):
         end, parts = self.state.step + steps, []
         for step in at:
             self.call(step - self.state.step)
-            kept = self.kept
+            before = self.state
             parts.append(self.call(0, [step], measure))
-            self.put_back(kept)
+            self.state = before
         if self.state.step < end:
             self.call(end - self.state.step)
         return Sums.joined(parts)
@@ -223,8 +202,8 @@ class Simulation(Snapshot):
         listed = state.reference is not None and state.reference is self._listed
         reference, self._listed = None, None
         if system.skin > 0:
-            reference = self._copied("position" if state.reference is None else "reference")
-        force = self._copied("force") if steps else np.zeros_like(beads.position)
+            reference = rows_of(state.position if state.reference is None else state.reference)
+        force = rows_of(state.force) if steps else np.zeros_like(beads.position)
         shared = self._shared_now(len(at))
         span = Span(state.step, steps, listed, at, measure)
         in_spare, lost, short = self._all_threads(beads, spare, force, reference, shared, span)
@@ -235,27 +214,25 @@ class Simulation(Snapshot):
             return None
         if lost.bead >= 0:
             raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
-        self._refuse_behind(shared.at_walls)
-        rows = {"position": beads.position, "velocity": beads.velocity, "force": force}
+        if shared.at_walls is not None:
+            self._refuse_behind(shared.at_walls)
         if reference is not None:
-            rows["reference"] = reference
-        arrays = {name: axes_of(each, dimension) for name, each in rows.items()}
-        self._rows = {name: (arrays[name], rows[name]) for name in rows}
-        self._listed = arrays.get("reference")
-        self.state = State(
-            **arrays,
+            self._listed = axes_of(reference, dimension)
+        self.state = replace(
+            state,
+            position=axes_of(beads.position, dimension),
+            velocity=axes_of(beads.velocity, dimension),
+            force=axes_of(force, dimension),
+            reference=self._listed,
             identity=beads.identity,
             species=beads.species,
             step=state.step + steps,
-            slid=state.slid,
-            box=state.box,
             image=shared.image.T,
             peculiar=beads.peculiar,
         )
         return self._sums(at, shared.sampled, measure)
 
     def _sums(self, at, sampled, measure):
-        """Sums as they are given, of samples in the box as it is now."""
         samples, d = len(at), self.system.dimension
         cells, rows, q = sampled.of_beads.shape[1:]
         found = sampled.moments.reshape(samples, cells, rows, q)
@@ -270,28 +247,16 @@ class Simulation(Snapshot):
         return sums._replace(virial=virial, energy=sampled.energy, walls=walls)
 
     def _copied_beads(self):
-        """Copies of the state's arrays as kernels take them.
-
-        Copies, because the loop works in place, and a former state must stay as it was.
-        """
+        """Copies, as the loop works in place, and a former state must stay as it was."""
         scheme, state = self.system.scheme, self.state
         return Beads(
-            position=self._copied("position"),
-            velocity=self._copied("velocity"),
-            predicted=None if scheme.prediction is None else self._copied("velocity"),
+            position=rows_of(state.position),
+            velocity=rows_of(state.velocity),
+            predicted=None if scheme.prediction is None else rows_of(state.velocity),
             identity=state.identity.copy(),
             species=None if state.species is None else state.species.copy(),
             peculiar=None if state.peculiar is None else state.peculiar.copy(),
         )
-
-    def _copied(self, name):
-        """A copy in rows of an array of the state; fast if it is a view of the last call's rows."""
-        array, (view, rows) = getattr(self.state, name), self._rows.get(name, (None, None))
-        if array is not view:
-            return rows_of(array)
-        copy = empty_rows(*rows.shape)
-        copy[:] = rows
-        return copy
 
     def _put_images(self):
         """Put the box and its images into the plan as they are now."""
@@ -309,7 +274,6 @@ class Simulation(Snapshot):
         self._own = [self._buffers(self._room) for _ in range(self._threads)]
 
     def _buffers(self, room):
-        """The buffers of one thread."""
         plan, dimension = self._plan, self.system.dimension
         forces, phases = plan.forces, len(plan.grid.blocks.phase) - 1
         again, cached = forces.exchange or forces.friction, None
@@ -331,7 +295,7 @@ class Simulation(Snapshot):
         )
 
     def _shared_buffers(self):
-        """What the threads share in a call without samples; the image is yet to be added."""
+        """What threads share in a call without samples; the image is yet to be added."""
         plan, dimension, beads = self._plan, self.system.dimension, self.state.identity.size
         batches = 0 if plan.bonds is None else len(plan.bonds.batch) - 1
         tasks = batches + len(plan.grid.blocks.piece) - 1
@@ -374,8 +338,6 @@ class Simulation(Snapshot):
         In a step a bead moves by 1 r_c at most, and half of the gap behind a plane is `reach` and
         1 r_c: none can pass the middle of the gap unseen.
         """
-        if at_walls is None:
-            return
         deepest = at_walls.deepest[np.argmax(at_walls.deepest[:, DEPTH])]
         if deepest[DEPTH] > self.system.walls.reach:
             raise BehindWall(
@@ -397,7 +359,6 @@ class Simulation(Snapshot):
 
 
 def _plan_of(system, box):
-    """What stays the same from step to step, as kernels take it."""
     bonds, scheme, forces = bonds_of(system), system.scheme, system.forces
     return Plan(
         **_of_box(box, system.skin),
@@ -416,10 +377,8 @@ def _plan_of(system, box):
 
 
 def _of_box(box, skin):
-    """What a plan knows of the box."""
-    return {
-        "edges": edges_of(box), "slide": slide_of(box), "grid": grid_of(box, CUTOFF + skin),
-    }  # fmt: skip
+    grid = grid_of(box, CUTOFF + skin)
+    return {"edges": edges_of(box), "slide": slide_of(box), "grid": grid}
 
 
 def _empty_like(array):

@@ -1,7 +1,6 @@
 """The periodic box, whose images may slide: edges, nearest images, and the boxes that beads cross.
 
-Here is what looks at beads between steps, in NumPy; the same for
-kernels is in `dpd.engine.images`.
+Here in NumPy, for who looks at beads between steps; for kernels in `dpd.engine.rows`.
 
 Steady shear has the boundary conditions of Lees and Edwards (1972). Let x be the axis of the flow
 and y that of its gradient. The image above the box moves with the flow that is there, and the image
@@ -49,8 +48,7 @@ class Slide(NamedTuple):
     parts: np.uint64  # parts of an edge by which images slide in a step, 2^64 to an edge
     begun: np.uint64  # parts by which they had slid at step 0
     ratio: float  # edge along the flow over that along the gradient
-    # (1,): at the present step. All threads write the same number (`dpd.engine.images.slide_to`).
-    tilt: np.ndarray
+    tilt: np.ndarray  # (1,): at the present step; all threads write the same number
 
 
 class TiltedBox(tuple[float, ...]):

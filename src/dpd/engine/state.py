@@ -25,14 +25,11 @@ if TYPE_CHECKING:
 
 
 class Beads(NamedTuple):
-    """Beads as kernels have them, in storage order."""
+    """Beads as kernels have them, in storage order: a row each of position and velocities."""
 
-    # a row for each bead
     position: np.ndarray
     velocity: np.ndarray
-    # a row for each bead: the velocity that the friction sees; None where that is the velocity
-    # itself
-    predicted: np.ndarray | None
+    predicted: np.ndarray | None  # what the friction sees; None where that is the velocity itself
     identity: np.ndarray  # (n,) uint32: number of the bead in each slot
     species: np.ndarray | None  # (n,) uint8
     peculiar: np.ndarray | None  # (n,): see `State`
@@ -50,9 +47,8 @@ class Sums(NamedTuple):
     volume: np.ndarray  # (samples,): of the box at that step, see `dpd.engine.simulation.Snapshot`
     # (samples, cells): beads in each cell across a flow, see `dpd.engine.sampling.Across`
     beads: np.ndarray
-    # (samples, cells, q, q): the sum of m w w over the beads of a cell, with w = (v, 1, s):
-    # velocity, one, and the place in the cell along each axis across the flow, in layers from the
-    # middle
+    # (samples, cells, q, q): the sum of m w w over the beads of a cell, with w = (v, 1, s): see
+    # `dpd.engine.sampling.add_moments`
     moments: np.ndarray
     # (samples, 2, dimension, dimension): sum over pairs, bonds and angles of r_ij F_ij: of the
     # `CONSERVATIVE` and of `ALL_FORCES`. None where forces are not measured, as what follows.
@@ -85,8 +81,8 @@ class System:
     box: tuple
     pair: Soft | Core  # the conservative force between pairs
     kT: float  # temperature
-    # gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT. A (species, species) array has one for each
-    # pair of species; for a thermostat that acts on each bead, a (species,) array one for each.
+    # gamma in kT tau / r_c^2; sigma^2 = 2 gamma kT; or one for each pair of species, (species,
+    # species), or, for a thermostat that acts on each bead, for each species, (species,)
     friction: float | np.ndarray
     gaussian: bool  # Gaussian noise instead of uniform
     dt: float  # time step in tau
@@ -123,20 +119,20 @@ class System:
     @property
     def extent(self) -> tuple[float, ...]:
         """Edges of the space that beads fill: of the box, or the distance of two planes."""
-        edges = list(self.box)
-        if self.walls is not None:
-            for axis, inward, place in zip(self.walls.axis, self.walls.inward, self.walls.place):
-                edges[axis] = place - self.origin[axis] if inward < 0 else edges[axis]
-        return tuple(map(float, edges))
+        return tuple(high - low for low, high in zip(self.origin, self._ends(-1.0, self.box)))
 
     @property
     def origin(self) -> tuple[float, ...]:
         """Where that space begins in the box."""
-        low = [0.0] * self.dimension
+        return self._ends(1.0, [0.0] * self.dimension)
+
+    def _ends(self, inward, places):
+        """The places along each axis, or of the wall there with that normal."""
+        found = list(places)
         if self.walls is not None:
-            for axis, inward, place in zip(self.walls.axis, self.walls.inward, self.walls.place):
-                low[axis] = place if inward > 0 else low[axis]
-        return tuple(map(float, low))
+            for axis, normal, place in zip(self.walls.axis, self.walls.inward, self.walls.place):
+                found[axis] = place if normal == inward else found[axis]
+        return tuple(map(float, found))
 
     @property
     def volume(self) -> float:
@@ -206,28 +202,21 @@ class System:
 class State:
     """What a checkpoint holds, in storage order (sorted by cell)."""
 
-    # (dimension, n): after an advance, views of the rows that the kernels work on. Under shear
-    # velocities are those about the flow, see `dpd.physics.shear`.
+    # (dimension, n): after an advance, views of the rows of kernels
     position: np.ndarray
-    velocity: np.ndarray
-    # (dimension, n): the same; None where it is yet to be evaluated. Where the system has masses,
-    # it is the force over the mass.
-    force: np.ndarray | None
+    velocity: np.ndarray  # under shear about the flow, see `dpd.physics.shear`
+    force: np.ndarray | None  # over the mass; None where it is yet to be evaluated
     identity: np.ndarray  # (n,) uint32: number of the bead in each slot
     species: np.ndarray | None  # (n,) uint8: None where there is one species
     step: int
     # (dimension, n): positions when the pair list was made; None without a list
     reference: np.ndarray | None = None
-    # parts of an edge by which images had slid at step 0, see `dpd.engine.space`; None without
-    # shear
-    slid: int | None = None
+    slid: int | None = None  # parts of an edge by which images had slid at step 0, under shear
     box: tuple[float, ...] | None = None  # edges in r_c; None for those of the system, which stay
-    # (dimension, n) int32: boxes by which each bead is further than its position says; of images
-    # that slide, along the vectors of their lattice. In the order of identities: a sort need not
-    # move what seldom changes. Zeros if not given.
+    # (dimension, n) int32, by identity: boxes by which each bead is further than its position says,
+    # along the vectors of the lattice; zeros if not given
     image: np.ndarray = None  # type: ignore[assignment]  # never so after the start
-    # (n,): how far each bead has gone along the flow of a shear by its velocity about it, in r_c;
-    # None without shear
+    # (n,): how far each bead has gone along the flow of a shear by its velocity about it, in r_c
     peculiar: np.ndarray | None = None
 
     def __post_init__(self) -> None:

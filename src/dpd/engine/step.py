@@ -12,16 +12,16 @@ step is
     friction again     f   = f(r, v), in DPD-VV: for the next step
     exchange           of momentum between pairs, in schemes that split friction and noise off
 
-Pairs are found by cells in every step, or, where beads hardly move in a step, listed once
-within the cutoff and a skin; the list serves until some bead has moved half the skin.
-Between rebuilds the beads stay in the order of the last sort, and the list follows from the
-positions at that time (the reference), so a resumed run has the same list in the same order.
+Pairs are found by cells in every step, or, where beads hardly move in a step, listed once within
+the cutoff and a skin, until some bead has moved half the skin. Meanwhile beads stay in the order of
+the last sort, and the list follows from the positions at that time (the reference), so a resumed
+run has the same list in the same order.
 
-Every thread of a team runs this loop. Drifts, kicks and sorts go by beads, each thread with
-its own; forces go by batches of bonds and by blocks of cells, whoever is free taking the next.
-Blocks come in phases, so that no two threads push the same bead at the same time, and the
-order of all sums is that of one thread alone. No kernel makes an array: where a buffer turns out to
-be too small, the call ends, and Python makes it again with a larger one.
+Every thread of a team runs this loop. Drifts, kicks and sorts go by beads, each thread with its
+own; forces go by batches of bonds and by blocks of cells, whoever is free taking the next. Blocks
+come in phases, so that no two threads push the same bead at the same time, and the order of all
+sums is that of one thread alone. No kernel makes an array: where a buffer turns out to be too
+small, the call ends, and Python makes it again with a larger one.
 
 Device functions take the arrays that they use; records go no deeper than this file, so that a scene
 with bonds needs no other drift than one without.
@@ -42,7 +42,6 @@ from dpd.engine.external import (
     renew_bath,
     renew_wall_friction,
 )
-from dpd.engine.images import slide_to
 from dpd.engine.integrate import (
     Lost,
     Times,
@@ -55,6 +54,7 @@ from dpd.engine.integrate import (
     multiply_by_masses,
     renew_friction,
     second_half,
+    slide_to,
 )
 from dpd.engine.pair import (
     Cached,
@@ -101,12 +101,10 @@ class Plan(NamedTuple):
     angles: Angles | None
     scheme: Scheme
     times: Times  # of the scheme
-    # whether a kick may wait for the next drift, which has beads and force at hand: not where
-    # friction or an exchange of momentum follows it
+    # whether a kick may wait for the next drift: not where friction or an exchange follows it
     kick_waits: bool
-    # time step; distance beyond the cutoff within which pairs are listed
     dt: float
-    skin: float
+    skin: float  # distance beyond the cutoff within which pairs are listed
     seed: int
     mass: np.ndarray | None = None  # (species,): None where all are 1
     across: Across | None = None  # cells across a flow, in which sums over beads are kept apart
@@ -118,27 +116,21 @@ class Shared(NamedTuple):
     cells: Cells
     slot: np.ndarray | None  # (n,) uint32: of each identity, for bonds
     density: np.ndarray | None  # (n,): local densities, for many-body forces
-    # (tasks, 2, dimension, dimension) and (tasks, 2): of each batch of bonds, then of each block of
-    # cells
-    virial: np.ndarray
-    energy: np.ndarray
-    # (threads,): largest squared distance from the reference among each thread's beads
-    moved: np.ndarray
-    lost: np.ndarray  # (threads, 2): see `dpd.engine.integrate.drift`
-    at_walls: AtWalls | None  # None without walls
+    virial: np.ndarray  # (tasks, 2, dimension, dimension): of batches of bonds, then of blocks
+    energy: np.ndarray  # (tasks, 2)
+    moved: np.ndarray  # (threads,): largest squared distance of a bead from the reference
+    lost: np.ndarray  # (threads, 2): see `dpd.engine.integrate.find_lost`
+    at_walls: AtWalls | None
     image: np.ndarray  # (n, dimension) int32: boxes that each identity has crossed
-    # a row for each bead: see `dpd.engine.integrate.change_since`; None for a scheme that takes
-    # friction once
-    excess: np.ndarray | None
+    excess: np.ndarray | None  # rows: see `change_since`; None where friction is taken once
     sampled: Sampled
-    # (threads, 3) int64: what there must be room for, in `Own.room`; each thread's own may differ
-    need: np.ndarray
+    need: np.ndarray  # (threads, 3) int64: what there must be room for, in `Own.room`
 
 
 class Own(NamedTuple):
     """Buffers of one thread; None for what a scene does without."""
 
-    wrap: np.ndarray  # (3, STRETCH): see `dpd.engine.images.row_edges`
+    wrap: np.ndarray  # see `dpd.engine.integrate.row_edges`
     line: Line
     pairs: Pairs
     listed: Listed | None
@@ -150,7 +142,7 @@ class Own(NamedTuple):
 
 
 class Span(NamedTuple):
-    """Steps of one call."""
+    """The steps of one call."""
 
     done: int  # steps done before: they are the key of the noise
     steps: int  # 0 to evaluate the force where the beads are
@@ -171,11 +163,10 @@ class Evaluation(NamedTuple):
 def advance(team, plan, beads, spare, force, reference, shared, own, span):
     """Advance by some steps, or for 0 steps sort and evaluate the force where the beads are.
 
-    All threads of a team call this, with the same arrays but their own. Sorting swaps ``beads`` and
-    ``spare``. ``force`` is over the mass; zero for 0 steps. Without a ``reference`` pairs are found
-    by cells in every step; with a list it has where the beads were at the last sort. All are kept
-    up to date. Return whether the beads are in ``spare`` in the end; a bead that moved too far; and
-    whether ``shared.need`` is more than the buffers hold. In both cases the call has no result.
+    All threads of a team call this, with the same arrays but their own. ``force`` is over the mass;
+    zero for 0 steps. Without a ``reference`` pairs are found by cells in every step. Return whether
+    the beads are in ``spare`` in the end; a bead that moved too far; and whether ``shared.need`` is
+    more than the buffers hold. In both cases the call has no result.
     """
     edges, slide, grid, dt, times = plan.edges, plan.slide, plan.grid, plan.dt, plan.times
     image, mine = shared.image, share_of(team, len(beads.identity))
@@ -249,7 +240,6 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
 
 @inlined()
 def farthest(moved):
-    """The largest of what threads have found."""
     most = moved[0]
     for rank in range(1, moved.shape[0]):
         most = max(most, moved[rank])
@@ -270,7 +260,7 @@ def sort_together(team, x, mine, cells, grid, edges, slide):
 
 @inlined()
 def is_short(need, room):
-    """Whether a thread needs more room than there is: all threads find the same."""
+    """Whether a thread needs more room than there is: all find the same."""
     short = False
     for rank in range(need.shape[0]):
         for kind in range(need.shape[1]):
@@ -282,11 +272,7 @@ def is_short(need, room):
 def renew_list(
     team, plan, x, reference, mine, listed, line, pairs, cells, need, room, sorted_now, first
 ):
-    """Make the list after a sort, and for the first step of a call, where there is one.
-
-    After a sort, the reference is where the beads are. A call begins with the list that was
-    made at the reference it was given.
-    """
+    """Make the list after a sort, and in a call's first step from the reference it was given."""
     if sorted_now:
         for i in range(mine.first, mine.end):
             copy_row(reference, i, x, i, plan.edges)
@@ -302,7 +288,7 @@ def renew_list(
 
 @inlined(given="bonds")
 def add_bonded(team, plan, x, force, bonds, angles, slot, virial, energy, own, measure):
-    """Add the forces of bonds and of the angles between them, batch by batch, if there are any."""
+    """Add the forces of bonds and of the angles between them, batch by batch."""
     batches = len(bonds.batch) - 1
     task = next_task(team, BATCHES, 0, batches)
     while task < batches:
@@ -321,7 +307,6 @@ def add_bonded(team, plan, x, force, bonds, angles, slot, virial, energy, own, m
 
 @inlined(given="density")
 def find_densities(team, plan, beads, mine, density, search, listed, virial, energy):
-    """Find the local density of each bead, if forces go with it."""
     for i in range(mine.first, mine.end):
         density[i] = 0.0
     add_pairs(
@@ -339,8 +324,7 @@ def add_pairs(
 ):
     """Add the forces of pairs, block by block; return how many are cached, or need room for that.
 
-    They are found by cells, or come from a list. Pairs in the skin have w = 0 and feel no force.
-    Without a force what pairs are to local densities is added up in its place.
+    Pairs in the skin of a list have w = 0. Without a force, local densities are added up.
     """
     count = np.int64(0)
     x, first_task = beads.position, virial.shape[0] - (len(plan.grid.blocks.piece) - 1)
@@ -380,7 +364,6 @@ def add_pairs(
 
 @inlined()
 def add_some(plan, beads, force, density, pairs, n, virial, energy, cached, count, now):
-    """Add the forces of ``n`` pairs; measure them if asked, keep them if needed again."""
     pair, many_body, friction = plan.forces.pair, plan.forces.many_body, plan.forces.friction
     edges, species = plan.edges, beads.species
     if force is None:
@@ -399,7 +382,6 @@ def add_some(plan, beads, force, density, pairs, n, virial, energy, cached, coun
 
 @inlined()
 def velocity_of_friction(velocity, predicted):
-    """The velocity that the friction sees."""
     if predicted is None:
         return velocity
     return predicted
@@ -407,7 +389,6 @@ def velocity_of_friction(velocity, predicted):
 
 @inlined()
 def add_to_beads(team, plan, beads, force, mine, at_walls, near, now):
-    """Add forces on single beads, and divide all by masses."""
     x, v = beads.position, velocity_of_friction(beads.velocity, beads.predicted)
     identity, species, edges, forces = beads.identity, beads.species, plan.edges, plan.forces
     add_bath(force, v, identity, species, mine, forces.langevin, near, now.keys, edges)
@@ -450,7 +431,7 @@ def take_sample(team, plan, beads, sampled, k):
 
 @inlined(given="excess")
 def take_friction_again(team, plan, beads, force, mine, cached, excess):
-    """Replace the friction in the force by that of the velocities now, where the scheme does."""
+    """Replace the friction in the force by that of the velocities now."""
     species, edges, forces = beads.species, plan.edges, plan.forces
     change_since(excess, force, mine, plan.times.kick)
     multiply_by_masses(force, species, mine, plan.mass)

@@ -1,9 +1,9 @@
 """Threads that advance one system together.
 
 Each runs the same compiled loop, over beads and blocks of cells of its own, and waits for the
-others where it needs what they have done. (Numba's parallel loops are compiled apart from
-serial ones and round differently. Here one thread and many run the same code, and what is
-added up is added in an order that does not depend on who does it: the bits are the same.)
+others where it needs what they have done. What is added up is added in an order that does not
+depend on who does it, so the bits are the same for any team. (Numba's parallel loops are compiled
+apart from serial ones and round differently.)
 """
 
 from __future__ import annotations
@@ -36,17 +36,13 @@ class Team(NamedTuple):
 
 
 class Share(NamedTuple):
-    """Things from ``first`` up to ``end``, without it.
-
-    Unsigned: of a signed index every loop would ask whether it counts from the end.
-    """
+    """Things from ``first`` up to ``end``; unsigned, as a signed index may count from the end."""
 
     first: int
     end: int
 
 
 def new_team(size: int) -> list[Team]:
-    """One `Team` per thread."""
     counters = np.zeros((1 + size) * LINE, np.int64)
     return [Team(rank, size, counters) for rank in range(size)]
 
@@ -105,8 +101,8 @@ def barrier(team):
 def next_task(team, kind, first, end):
     """One of the tasks from ``first`` to ``end`` that nobody has taken; ``end`` if all are.
 
-    A thread begins with a part of them, the same in every step, so that what it works on is in its
-    own cache; then it helps the others. ``kind`` is `BATCHES`, or `BLOCKS` plus the phase.
+    A thread begins with some, the same in every step, so that they are in its own cache; then it
+    helps the others. ``kind`` is `BATCHES`, or `BLOCKS` plus the phase.
     """
     for step in range(team.size):
         owner = (team.rank + step) % team.size

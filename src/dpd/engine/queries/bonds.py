@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dpd.engine.images import nearest_image
 from dpd.engine.queries.pairs import SMALLEST_CELL, sorted_beads
-from dpd.engine.rows import rows_of
+from dpd.engine.rows import nearest_image, rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.space import edges_of, nearest, wrapped
 from dpd.errors import UserError

@@ -1,0 +1,305 @@
+"""Thermostats: pairs and beads by hand, their noise, and temperatures in equilibrium."""
+
+import numpy as np
+import pytest
+
+from dpd.engine.loop import run
+from dpd.engine.simulation import Simulation
+from dpd.observe import observables
+from dpd.scene.scene import Scene
+from dpd.start.common.make import make_start, system_of
+from tests.engine.cases import FRICTION, MASSES, TABLE
+from tests.engine.reference import Reference, pair_noise
+from tests.systems import (
+    assert_same_place,
+    assert_same_state,
+    by_identity,
+    chains,
+    fewer_in_python,
+    make_simulation,
+    make_system,
+    random_beads,
+)
+
+
+def test_friction_of_two_beads_is_that_of_their_last_velocities():
+    """One step by hand without noise: the velocity follows from the friction of the predicted
+    one, the force that is kept has the friction of the velocity itself.
+
+    Positions below 6 are rounded by 4.4e-16, a 25 times that; the two frictions differ by 1e-3.
+    """
+    dt, gamma, e = 0.04, 4.5, np.array([2.0, -1.0, 2.0]) / 3
+    system = make_system((3.0, 3.0, 3.0), "dpd-vv", kT=0.0, dt=dt)
+    position = 1.5 + e[:, None] * np.array([[0.25, -0.25]])
+    simulation = make_simulation(system, position, e[:, None] * np.array([[0.9, -0.3]]))
+
+    def force(r, approach):
+        return 25 * (1 - r) - gamma * (1 - r) ** 2 * approach
+
+    before = force(0.5, 1.2)
+    r = 0.5 + dt * 1.2 + dt**2 * before  # both beads move by dt v + dt^2 f / 2
+    predicted = force(r, 1.2 + dt * before)
+    velocity = np.array([0.9, -0.3]) + dt / 2 * (before + predicted) * np.array([1, -1])
+    after = force(r, velocity[0] - velocity[1])
+    assert abs(after - predicted) > 1e-3
+    simulation.advance(1)
+    found = by_identity(simulation, "velocity")
+    np.testing.assert_allclose(found, e[:, None] * velocity, rtol=0, atol=1e-12)
+    found = by_identity(simulation, "force")
+    np.testing.assert_allclose(found[:, 0], e * after, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(found[:, 0], -found[:, 1])
+
+
+BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
+
+
+@pytest.mark.few(1)
+@pytest.mark.parametrize(("prediction", "expected"), [(0.5, 1.0), (0.65, 1 / 1.06)])
+def test_temperature_of_a_bath_at_a_large_step(prediction, expected):
+    """kT / (1 + (lambda - 1/2) gamma dt), at gamma dt 0.4, within 4 standard errors of free beads.
+
+    The stationary variance of the recursion that gw-vv is without other forces.
+    """
+    box, dt = (21.5,) * 3, 0.2
+    system = make_system(
+        box, "gw-vv", prediction, repulsion=np.zeros((1, 1)), friction=2.0, dt=dt,
+        per_bead=True, seed=3,
+    )  # fmt: skip
+    simulation = make_simulation(system, *random_beads(box, 2000, seed=2))
+    simulation.advance(round(2.5 / dt))
+    squares = np.zeros((3, 2000))
+    for _ in range(100):
+        simulation.advance(5)
+        squares += by_identity(simulation, "velocity") ** 2 / 100
+    error = squares.std() / np.sqrt(squares.size)
+    assert error < 0.005
+    assert abs(squares.mean() - expected) < 4 * error
+
+
+EXCHANGES = ("shardlow", "aboba", "lowe-andersen")  # the last has the kernels of the first
+SCHEMES = pytest.mark.parametrize("scheme", EXCHANGES)
+
+
+def noise_of(low, high, seed, step, gaussian):
+    """The engine's noise of one pair at a step."""
+    return pair_noise(np.array([low]), np.array([high]), seed, step, gaussian)[0]
+
+
+def pair_in_motion(scheme, dt, **changes):
+    """Two beads without repulsion, 0.4 apart along x."""
+    position = np.array([[1.0, 1.4], [1.0, 1.0], [1.0, 1.0]])
+    velocity = np.array([[0.9, -0.6], [0.2, -0.2], [0.0, 0.0]])
+    bond = (np.array([[0, 1]], np.uint32), 0.0, 0.4)  # without a force: as below, a kernel less
+    system = make_system(BOX[3], scheme, dt=dt, repulsion=np.array([[0.0]]), bonds=bond, **changes)
+    return make_simulation(system, position, velocity), position, velocity
+
+
+def test_shardlow_of_one_pair():
+    """Velocity Verlet, then the two half steps as Nikunen et al. 2003 write them."""
+    dt = 0.03
+    simulation, position, velocity = pair_in_motion("shardlow", dt)
+    simulation.advance(1)
+    r = position[:, 0] - position[:, 1] + dt * (velocity[:, 0] - velocity[:, 1])
+    distance = np.linalg.norm(r)
+    e, w = r / distance, 1 - distance
+    friction, sigma = 4.5 * w**2, np.sqrt(2 * 4.5)
+    push = 0.5 * sigma * w * e * noise_of(0, 1, 1, 1, False) * np.sqrt(dt)
+    v = velocity.copy()
+    drag = 0.5 * friction * ((v[:, 0] - v[:, 1]) @ e) * e * dt
+    v[:, 0] += push - drag
+    v[:, 1] -= push - drag
+    along = (v[:, 0] - v[:, 1]) @ e
+    implicit = 0.5 * friction * dt / (1 + friction * dt) * (along * e + 2 * push)
+    v[:, 0] += push - implicit
+    v[:, 1] -= push - implicit
+    np.testing.assert_allclose(by_identity(simulation, "velocity"), v, atol=1e-12)
+
+
+def test_exact_exchange_of_one_pair():
+    """Half a drift, the Ornstein-Uhlenbeck step, half a drift."""
+    dt = 0.03
+    simulation, position, velocity = pair_in_motion("aboba", dt)
+    simulation.advance(1)
+    middle = position + 0.5 * dt * velocity
+    r = middle[:, 0] - middle[:, 1]
+    distance = np.linalg.norm(r)
+    e, rate = r / distance, 2 * 4.5 * (1 - distance) ** 2
+    u = (velocity[:, 0] - velocity[:, 1]) @ e
+    decay = np.exp(-rate * dt)
+    drawn = np.sqrt(2 * (1 - decay**2)) * noise_of(0, 1, 1, 1, True)
+    kick = 0.5 * (u * decay + drawn - u) * e
+    v = velocity + np.stack([kick, -kick], axis=1)
+    np.testing.assert_allclose(by_identity(simulation, "velocity"), v, atol=1e-12)
+    expected = middle + 0.5 * dt * v
+    np.testing.assert_allclose(by_identity(simulation, "position"), expected, atol=1e-12)
+
+
+def test_lowe_draws_as_often_as_asked():
+    """In a share gamma dt of the steps, a relative velocity of variance 2 kT along e alone."""
+    drawn = []
+    for seed in range(1500):
+        simulation, _, velocity = pair_in_motion("lowe-andersen", 0.05, friction=6.0, seed=seed)
+        simulation.advance(1)
+        now = by_identity(simulation, "velocity")
+        np.testing.assert_allclose(now.sum(axis=1), velocity.sum(axis=1), atol=1e-12)
+        if np.abs(now - velocity).max() > 1e-12:
+            r = by_identity(simulation, "position") @ [1, -1]
+            drawn.append((now @ [1, -1]) @ r / np.linalg.norm(r))
+    share = len(drawn) / 1500
+    assert abs(share - 0.3) < 4 * np.sqrt(0.3 * 0.7 / 1500)
+    assert abs(np.var(drawn) / 2 - 1) < 4 * np.sqrt(2 / len(drawn))
+
+
+@pytest.mark.few(1)
+@pytest.mark.parametrize("scheme", [*EXCHANGES, "gw-vv"])
+def test_what_is_measured_belongs_to_where_the_beads_are(scheme, skin=0.2):
+    """Virial and energy of every pair and bond at one instant; to measure changes nothing."""
+    position, velocity = random_beads(BOX[3], 60)
+    bonds = (chains(10, 4), 40.0, 0.7)
+    system = make_system(BOX[3], scheme, dt=0.02, skin=skin, bonds=bonds)
+    one, other = (make_simulation(system, position, velocity) for _ in range(2))
+    for steps in (7, 1, 12):
+        sums = one.advance_measured(steps)
+        other.advance(steps)
+        place, speed = by_identity(one, "position"), by_identity(one, "velocity")
+        reference = Reference(system, "gw-vv", 0.5, place, speed)
+        np.testing.assert_allclose(sums.virial[0], reference.virial[0], rtol=1e-10, atol=1e-9)
+        np.testing.assert_allclose(sums.energy, reference.energy, rtol=1e-10)
+    assert_same_state(one.state, other.state)
+
+
+@pytest.mark.few(1)
+@SCHEMES
+@pytest.mark.parametrize("friction, dt", [(4.5, 0.05), (40.5, 0.02)])
+def test_temperature_of_free_beads_is_exact(scheme, friction, dt):
+    """Without repulsion nothing but the exchange touches velocities: kT is 1, whatever dt.
+
+    Shardlow's step and those drawn anew keep the distribution; so does the exact one.
+    """
+    rng = np.random.default_rng(5)
+    position = rng.random((3, 648)) * 6.0
+    velocity = rng.normal(size=(3, 648))
+    velocity -= velocity.mean(axis=1, keepdims=True)
+    if scheme == "lowe-andersen":
+        friction = min(friction, 0.5 / dt)
+    system = make_system((6.0,) * 3, scheme, dt=dt, friction=friction, gaussian=True,
+                         repulsion=np.array([[0.0]]))  # fmt: skip
+    simulation = make_simulation(system, position, velocity)
+    simulation.advance(300)
+    kT = []
+    for _ in range(400):
+        simulation.advance(10)
+        kT.append((simulation.state.velocity**2).sum() / (3 * 647))
+    blocks = np.array(kT).reshape(20, 20).mean(axis=1)
+    assert abs(blocks.mean() - 1) < 4 * blocks.std(ddof=1) / np.sqrt(20)
+
+
+def couples(dimension, scheme, **changes):
+    """Two beads half a cutoff apart at each point of a lattice, each of the three pairs of species.
+
+    No bead has a second partner, so that the order in which pairs exchange momentum is no matter.
+    """
+    edge, points = 2.5, 4
+    lattice = np.stack(np.meshgrid(*[np.arange(points) * edge + 1.0] * dimension)).reshape(
+        dimension, -1
+    )
+    rng = np.random.default_rng(3)
+    along = rng.normal(size=lattice.shape)
+    along *= 0.25 / np.linalg.norm(along, axis=0)
+    position = np.stack([lattice + along, lattice - along], axis=2).reshape(dimension, -1)
+    velocity = rng.normal(size=position.shape)
+    species = (rng.random(position.shape[1]) < 0.5).astype(np.uint8)
+    box = (points * edge,) * dimension
+    values = {"dt": 0.01, "friction": FRICTION, "masses": MASSES, "seed": 4} | changes
+    system = make_system(box, scheme, repulsion=TABLE, **values)
+    simulation = make_simulation(system, position, velocity, species)
+    return simulation, Reference(system, scheme, 0.5, position, velocity, species)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize(
+    ("scheme", "dimension"),
+    [("shardlow", 3), ("lowe-andersen", 3), ("aboba", 3), ("shardlow", 2), ("lowe-andersen", 2)],
+)
+def test_couples_exchange_beside_the_reference(scheme, dimension):
+    """Ten steps agree to 1e-10. In Lowe's a pair of rate 12 is drawn in 12 % of the steps."""
+    simulation, reference = couples(dimension, scheme, skin=0.2 if dimension == 2 else 0.0)
+    before = reference.velocity.copy()
+    for _ in range(fewer_in_python(10)):
+        simulation.advance(1)
+        reference.step()
+        found = by_identity(simulation, "velocity")
+        np.testing.assert_allclose(found, reference.velocity, rtol=0, atol=1e-10)
+        place = by_identity(simulation, "position")
+        assert_same_place(place, reference.position, simulation.system.box, 1e-10)
+    i, j = np.triu_indices(before.shape[1], 1)
+    near = reference.separation(i, j)[1] < 1.1
+    assert np.bincount(np.concatenate([i[near], j[near]])).max() == 1
+    assert np.abs(reference.velocity - before).max() > 1
+
+
+class Temperatures:
+    """An observer that keeps <m v^2> / 3 of each species."""
+
+    def __init__(self, masses, every):
+        self.masses, self.every, self.arrays, self.seen = masses, every, {}, []
+
+    def sample(self, simulation):
+        state = simulation.state
+        squares = (state.velocity**2).mean(axis=0)
+        self.seen.append([
+            m * squares[state.species == kind].mean() for kind, m in enumerate(self.masses)
+        ])  # fmt: skip
+
+
+def mixture(scheme, dt, masses, gamma):
+    """60 tau of A and B at rho 3 that only masses and frictions tell apart."""
+    scene = Scene({
+        "dimension": 3,
+        "box": 6,
+        "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
+        "repulsion": {"A A": 25, "A B": 25, "B B": 25},
+        "thermostat": {"gamma": gamma},
+        "mass": masses,
+        "integrator": {"scheme": scheme, "dt": dt},
+        "duration": {"equilibrate": 15, "sample": 60},
+        "observe": [{"thermo": {"every": 10}}, {"rdf": {"every": 100, "range": 2, "bin": 0.2}}],
+    })  # fmt: skip
+    system = system_of(scene)
+    watched = observables(scene, system)
+    temperatures = Temperatures(scene.masses, 10)
+    run(Simulation(system, make_start(scene)), scene.steps, [*watched, temperatures])
+    found = {}
+    for observer in watched:
+        found |= {name: variable[1] for name, variable in observer.variables().items()}
+    return found | {"of species": np.array(temperatures.seen)}
+
+
+def mean_and_error(series, blocks=20):
+    """Mean over time, and its standard error from blocks of 3 tau."""
+    length = len(series) // blocks
+    parts = series[: blocks * length].reshape(blocks, length, *series.shape[1:]).mean(axis=1)
+    return parts.mean(axis=0), parts.std(axis=0, ddof=1) / np.sqrt(blocks)
+
+
+EQUAL, UNEQUAL = {"A": 1, "B": 1}, {"A": 1, "B": 5}
+GAMMAS = {"A A": 4.5, "A B": 9, "B B": 2}
+
+
+@pytest.fixture(scope="module", params=["dpd-vv", "shardlow"])
+def heavy_and_light(request):
+    """Beads of masses 1 and 5 with three frictions, and the same system with masses of 1."""
+    return mixture(request.param, 0.01, UNEQUAL, GAMMAS), mixture(
+        request.param, 0.01, EQUAL, GAMMAS
+    )
+
+
+@pytest.mark.thorough
+def test_each_species_has_the_temperature(heavy_and_light):
+    """<m v^2> / 3 is 1 for each within 5 standard errors (below 1 %) and 0.5 % for the scheme."""
+    for found in heavy_and_light:
+        mean, error = mean_and_error(found["of species"])
+        assert (error < 0.01).all()
+        assert (np.abs(mean - 1) < 0.005 + 5 * error).all()
+        mean, error = mean_and_error(found["kT"])
+        assert abs(mean - 1) < 0.005 + 5 * error
