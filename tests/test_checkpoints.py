@@ -138,31 +138,6 @@ def test_damaged_bytes(good, tmp_path, seed):
     assert (simulation.state.step == 220) == (said == "")
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize("scheme", ["euler", "gw-vv", "verlet-no-acceleration", "dpd-vv"])
-@pytest.mark.parametrize("dt", [0.004, 0.006])
-def test_every_checkpoint_of_a_run_is_taken(tmp_path, scheme, dt):
-    """At every look, with list and without: what a run wrote is never refused."""
-    integrator = {"integrator": {"scheme": scheme, "dt": dt}}
-    scene = Scene(SCENE | integrator)
-    system, checkpoint = system_of(scene), Checkpoint(tmp_path / "run.checkpoint", KEY)
-    simulation, observers = Simulation(system, make_start(scene)), observables(scene, system)
-    looks = 0
-
-    def look(step):
-        nonlocal looks
-        looks += 1
-        if looks % 7 > 1:  # two in a row, of seven
-            return
-        assert checkpoint.save(simulation, observers) == ""
-        fresh = Simulation(system, make_start(scene)), observables(scene, system)
-        assert checkpoint.resume(*fresh) == "", step
-        assert fresh[0].state.step == step
-
-    run(simulation, STEPS, observers, progress=look)
-    assert looks >= 140
-
-
 @contextmanager
 def files_up_to(size):
     """The system refuses larger files, as a full disk does."""

@@ -115,17 +115,6 @@ def test_power_laws_cover_the_true_exponent():
     assert exact.holds
 
 
-def test_no_line_where_there_is_no_law():
-    """Two points, a level edge, or a bend give none."""
-    x = np.array([1.0, 10.0, 100.0, 1000.0, 10000.0])
-    error = np.full(5, 0.1)
-    assert power_law(x[:2], x[:2], error[:2]) == NO_POWER
-    assert not NO_POWER.holds
-    assert not power_law(x, np.full(5, 0.04), error).holds
-    bent = np.array([1.0, 1.0, 1.0, 0.1, 0.01])
-    assert not power_law(x, bent, error).holds
-
-
 def test_the_level_part_of_a_limit_is_left_out():
     """Up to the last that is as large within errors; columns without a limit too."""
     x = np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
@@ -191,17 +180,6 @@ def test_the_map_says_what_it_was_made_of(sweeps):
     plt.close(figure)
 
 
-def test_cold_and_undecided_runs_are_told(sweeps):
-    """One run 5 % too cold, one on the limit; stable beyond an unstable step."""
-    module = load_module("benchmark", "stability")
-    kT = sweeps["map_noise"].kT
-    kT[0, 0, 0], kT[0, 1, 0] = 0.95, 1.0195
-    text = " ".join(module.warnings(module.compute(sweeps)))
-    assert "In 1 of the runs that are off by more than 2 % kT is below 1" in text
-    assert "1 are too short to tell" in text
-    assert "are stable at a step larger than one that is not" in text
-
-
 def without_units(data):
     """Names of numbers that do not say their units, which they must in a figure's file."""
     return [n for n, v in data.data_vars.items() if v.dtype.kind == "f" and "units" not in v.attrs]
@@ -241,18 +219,6 @@ def long_sweeps():
         "long_runs": runs.expand_dims("replica", -1),
         "no_thermostat": free.expand_dims("replica", -1),
     }
-
-
-def test_replicas_that_scatter_show_no_drift(long_sweeps):
-    """Each is sure of its own, but two of them differ by more than their mean."""
-    module, free = load_module("benchmark", "long_runs"), long_sweeps["no_thermostat"]
-    other = free.assign(total_energy_trend=-0.5 * free.total_energy_trend)
-    long_sweeps["no_thermostat"] = xr.concat([free, other], "replica")
-    data = module.compute(long_sweeps)
-    assert float(data.drift_law_points) == 0
-    text = " ".join(module.warnings(data))
-    assert "no drift is seen in 40 tau at dt 0.001, 0.01, 0.02, 0.05." in text
-    assert "Too few steps show a drift to fit its order." in text
 
 
 def test_orders_of_drift_and_fluctuation(long_sweeps):

@@ -129,9 +129,10 @@ def file_of(observer: Any) -> Any:
 def _cut_files(stored, observers):
     """Let observers with files of their own go on where they were; why one cannot, or nothing."""
     for i, observer in enumerate(observers):
-        frames, digests = int(stored[f"{i}/taken"][0]), stored.get(f"{i}/digests")
-        if (file := file_of(observer)) and (wrong := file.cut(frames, digests)):
-            return wrong
+        if file := file_of(observer):
+            frames, digests = int(stored[f"{i}/taken"][0]), stored.get(f"{i}/digests")
+            if wrong := file.cut(frames, digests):
+                return wrong
     return ""
 
 
