@@ -36,7 +36,6 @@ SCENE = {
     ],
 }  # fmt: skip
 KEY = {"scene": "this"}
-STEPS = (20, 700)
 
 
 def new_run():

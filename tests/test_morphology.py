@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from dpd.analysis.morphology import Strengths, phase_of, strengths_of
-from dpd.engine.queries.beads import density_waves
+from dpd.engine.queries.pairs import density_waves
 from dpd.observe.structure_factor import wave_numbers
 
 LOOKS = 40

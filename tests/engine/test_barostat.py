@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dpd.engine import barostat
-from dpd.engine.barostat import stretched_box, stretched_state
+from dpd.engine.barostat import scaled_box, scaled_state
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.physics.pressure import Look, Pressure, draw
@@ -29,9 +29,9 @@ def test_pressure_is_minus_the_derivative_of_the_energy(name, core):
     system, box, volume = simulation.system, simulation.box, simulation.volume
     looks = []
     for times in (1 - 1e-6, 1.0, 1 + 1e-6):
-        edges = stretched_box(box, system.pressure.axes, times)
+        edges = scaled_box(box, system.pressure.axes, times)
         assert np.prod(edges) == pytest.approx(times * volume, rel=1e-14)
-        there = Simulation(system, stretched_state(system, simulation.state, box, edges))
+        there = Simulation(system, scaled_state(system, simulation.state, box, edges))
         looks.append(barostat.look_at(system, system.pressure, there.state, edges, there.measure()))
     slope = (looks[2].energy - looks[0].energy) / (looks[2].volume - looks[0].volume)
     assert looks[1].pressure == pytest.approx(-slope, rel=1e-6, abs=1e-6)
@@ -104,6 +104,6 @@ def test_box_that_becomes_too_large_or_too_small(target, sentence):
 def test_start_in_a_box_that_is_too_small():
     """Of the state, not of the system."""
     simulation = simulation_of("pressure")
-    small = stretched_state(simulation.system, simulation.state, simulation.box, (2.6, 3.7, 1.9))
+    small = scaled_state(simulation.system, simulation.state, simulation.box, (2.6, 3.7, 1.9))
     with pytest.raises(UserError, match=r"the box is 2\.6 x 3\.7 x 1\.9"):
         Simulation(simulation.system, small)

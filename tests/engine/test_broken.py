@@ -173,7 +173,7 @@ def test_run_that_breaks_leaves_its_last_checkpoint(tmp_path):
     last = watch.seen[-1]
     assert last.step < caught.value.step <= last.step + watch.every
     revived = doomed()
-    assert keeper.resume(revived, [Watch()], (0, 1000)) == ""
+    assert keeper.resume(revived, [Watch()]) == ""
     assert_same_state(revived.state, last)
 
 

@@ -9,7 +9,7 @@ from dpd.engine.simulation import BehindWall
 from dpd.errors import UserError
 from dpd.physics.body_force import BodyForce
 from dpd.physics.bond import BondLaw
-from dpd.physics.common.records import bond_record, curvature_of_bond
+from dpd.physics.common.forces import bond_record, curvature_of_bond
 from dpd.physics.core import Core
 from dpd.physics.fene import Fene
 from dpd.physics.many_body import many_body

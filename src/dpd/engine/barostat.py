@@ -55,11 +55,11 @@ def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
     random = draw(system.seed, before.step)
     here = look_at(system, law, before, box, sums.of(-1))
     volume = law.trial(here, kT, h, random.normal)
-    stretched = stretched_box(box, law.axes, volume / here.volume)
-    refuse_box(law, system, stretched, before.step)
-    simulation.state = stretched_state(system, before, box, stretched)
+    scaled = scaled_box(box, law.axes, volume / here.volume)
+    refuse_box(law, system, scaled, before.step)
+    simulation.state = scaled_state(system, before, box, scaled)
     moved = simulation.call(0, [before.step], measure=True)
-    there = look_at(system, law, simulation.state, stretched, moved.of(-1))
+    there = look_at(system, law, simulation.state, scaled, moved.of(-1))
     if math.log(random.chance) < -law.change(here, there, kT, h):
         return moved
     simulation.state = before
@@ -100,17 +100,17 @@ def drift(system: System, state: State) -> np.ndarray:
     return momenta.sum(axis=1, keepdims=True) / mass.sum()
 
 
-def stretched_box(box: Box, axes: tuple[int, ...], times: float) -> Box:
-    """A box of so many times the volume, stretched along some axes alike."""
+def scaled_box(box: Box, axes: tuple[int, ...], times: float) -> Box:
+    """A box of so many times the volume, scaled along some axes alike."""
     factor = times ** (1 / len(axes))
     return tuple(edge * factor if axis in axes else edge for axis, edge in enumerate(box))
 
 
-def stretched_state(system: System, state: State, box: Box, stretched: Box) -> State:
+def scaled_state(system: System, state: State, box: Box, scaled: Box) -> State:
     """Beads moved with the box, momenta the other way; forces are yet to be evaluated."""
-    factor = (np.array(stretched) / np.array(box))[:, None]
+    factor = (np.array(scaled) / np.array(box))[:, None]
     together = drift(system, state)
-    position, further = wrapped(state.position * factor, stretched)
+    position, further = wrapped(state.position * factor, scaled)
     return replace(
         state,
         position=position,
@@ -118,7 +118,7 @@ def stretched_state(system: System, state: State, box: Box, stretched: Box) -> S
         velocity=together + (state.velocity - together) / factor,
         force=None,
         reference=None,
-        box=stretched,
+        box=scaled,
     )
 
 

@@ -126,7 +126,7 @@ def cell_buffers(grid: Grid, beads: int, threads: int) -> Cells:
 
 
 @inlined_exactly()
-def boxes_beside(x, i, edges, slide):
+def boxes_along(x, i, edges, slide):
     """Boxes along the flow between bead i and its image in the tilted cell, 0 <= x' < L_x."""
     along = x[i, slide.flow] - slide.tilt[0] * x[i, slide.gradient]
     return np.floor(along / edges[slide.flow])
@@ -138,7 +138,7 @@ def along_lattice(x, i, k, edges, slide):
     if k != slide.flow:
         return x[i, k]
     along = x[i, k] - slide.tilt[0] * x[i, slide.gradient]
-    return along - edges[k] * boxes_beside(x, i, edges, slide)
+    return along - edges[k] * boxes_along(x, i, edges, slide)
 
 
 @inlined_exactly()

@@ -21,7 +21,7 @@ from dpd.physics.common.forces import change
 from dpd.physics.common.noise import Keys, gaussian_noise, pair_word, uniform_noise
 from dpd.physics.integrator import SHARDLOW, Scheme
 
-STRETCH = 256  # entries of rows whose edges are written out, for a loop without a look at the axis
+ENTRIES = 256  # entries of rows whose edges are written out, for a loop without a look at the axis
 IN_CACHE = np.uint64(256)  # beads that stay there from one loop over them to the next
 FARTHEST = 1.0  # a bead that moves a cutoff along an axis in one step has lost its way
 SLOT, DISTANCE = 0, 1  # what is noted of such a bead
@@ -56,11 +56,11 @@ def times_of(scheme: Scheme, dt: float) -> Times:
 
 
 def row_edges(edges: tuple[float, ...], width: int) -> np.ndarray:
-    """(3, `STRETCH`): edges as rows have them, 1 for padding; their inverses; room for boxes."""
+    """(3, `ENTRIES`): edges as rows have them, 1 for padding; their inverses; room for boxes."""
     padded = np.ones(width)
     padded[: len(edges)] = edges
-    repeated = np.tile(padded, STRETCH // width)
-    return np.stack([repeated, 1.0 / repeated, np.zeros(STRETCH)])
+    repeated = np.tile(padded, ENTRIES // width)
+    return np.stack([repeated, 1.0 / repeated, np.zeros(ENTRIES)])
 
 
 @inlined()
@@ -137,8 +137,8 @@ def put_inside(x, image, identity, mine, wrap, edges, slide):
         return
     entries, width = flat(x), np.uint64(x.shape[1])
     begin, end = mine.first * width, mine.end * width
-    for first in range(begin, end, np.uint64(STRETCH)):
-        size = min(np.uint64(STRETCH), np.uint64(end - first))
+    for first in range(begin, end, np.uint64(ENTRIES)):
+        size = min(np.uint64(ENTRIES), np.uint64(end - first))
         outside = 0.0
         for t in range(size):
             edge = wrap[0, t]

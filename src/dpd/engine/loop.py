@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         def record(self, sums: Sums) -> None: ...
 
 
-LONGEST_STRETCH = 500  # steps between looks at the clock,
+LONGEST_CALL = 500  # steps between looks at the clock,
 MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
 
 
@@ -133,17 +133,17 @@ def advance_recording(
 
 def advance_looking(simulation: Simulation, steps: int, look: Callable[[], object]) -> None:
     """Advance by some steps, to the same bits, with a look a few times a second."""
-    stretch = stretch_of(simulation.state.identity.size)
-    while steps > stretch:
-        simulation.advance(stretch)
-        steps -= stretch
+    length = call_length(simulation.state.identity.size)
+    while steps > length:
+        simulation.advance(length)
+        steps -= length
         look()
     simulation.advance(steps)
 
 
-def stretch_of(beads: int) -> int:
+def call_length(beads: int) -> int:
     """Steps between looks at the clock."""
-    return max(1, min(LONGEST_STRETCH, MOST_WORK // beads))
+    return max(1, min(LONGEST_CALL, MOST_WORK // beads))
 
 
 def counts_from(observer: Any, equilibrate: int) -> int:
@@ -160,5 +160,5 @@ def next_sample(observer: Observer, now: int, equilibrate: int) -> int:
 def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) -> int:
     """The next step at which the clock is looked at: equally far apart after the last sample."""
     sampled = [next_sample(each, now, equilibrate) - each.every for each in observers]
-    last, stretch = max((step for step in sampled if step <= now), default=0), stretch_of(beads)
-    return now + stretch - (now - last) % stretch
+    last, length = max((step for step in sampled if step <= now), default=0), call_length(beads)
+    return now + length - (now - last) % length

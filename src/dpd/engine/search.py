@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.cells import IN_CELL, IN_ROW, SPARE, Cells, Grid, boxes_beside
+from dpd.engine.cells import IN_CELL, IN_ROW, SPARE, Cells, Grid, boxes_along
 from dpd.engine.rows import (
     LANES,
     lowest,
@@ -154,8 +154,8 @@ def merge_rows(row, x, start, level, base, shift, line, edges, slide):
             place = uint64(to[r, level[s]]) + s
             sum_to_column(position, place, x, s, shift, move, edges)
             if slide is not None:  # the row of ``shift`` counts in whole edges
-                beside = edges[slide.flow] * boxes_beside(x, s, edges, slide)
-                position[slide.flow, place] += slide.tilt[0] * shift[move, slide.gradient] - beside
+                aside = edges[slide.flow] * boxes_along(x, s, edges, slide)
+                position[slide.flow, place] += slide.tilt[0] * shift[move, slide.gradient] - aside
             slot[place] = uint32(s)
     # The last level once more before the first, the first after the last, and fillers.
     first[0] = 0
@@ -182,9 +182,9 @@ def copy_level(position, slot, first, end, to, boxes, edges, slide):
         position[last, target + t] = position[last, source + t] + move
         slot[target + t] = slot[source + t]
     if slide is not None:
-        beside = slide.tilt[0] * move if last == slide.gradient else 0.0
+        aside = slide.tilt[0] * move if last == slide.gradient else 0.0
         for t in range(n):
-            position[slide.flow, target + t] += beside
+            position[slide.flow, target + t] += aside
 
 
 @inlined()

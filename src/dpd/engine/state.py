@@ -106,7 +106,7 @@ class System:
     wall_friction: float = 0.0  # gamma of beads with the walls; 0 for none
     body_force: BodyForce | None = None
     shear: Shear | None = None  # steady flow, with Lees-Edwards boundary conditions
-    # held by stretching the box, which is then part of the `State`
+    # held by a box that changes, which is then part of the `State`
     pressure: Pressure | None = None
     # axes across which a flow changes, each with the largest thickness of layers in which sums over
     # beads are kept apart, see `dpd.engine.sampling`; none in a fluid at rest
