@@ -28,7 +28,7 @@ from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.pipeline.study import SEEDED, read_config, read_paper, read_study
 from dpd.pipeline.theory import TheorySweep
 from dpd.report.figure_file import load_module
-from dpd.report.figures import drawing, joined, judged, verdict_table
+from dpd.report.figures import drawing, joined, judged, read_verdicts
 from dpd.report.workflow import commit, library_versions, processor
 from dpd.stages import run_sources
 
@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 ARCHIVE = ROOT / "results" / "archive"
 FIGURES = ROOT / "paper_figures"
 VERDICTS, MANIFEST = "verdicts.csv", "manifest.yaml"
-NEEDED = {"paper", "figure", "quantity", "kind", "published", "published_error", "rounding",
-          "value", "error", "deviation_sigma", "verdict"}  # fmt: skip
 LIMIT = 10_000_000  # bytes of an archive: git keeps every version of it for ever
 HEAD = """\
 # Written by `python -m dpd archive`: what made the files beside this one, and their checksums. A
@@ -76,7 +74,7 @@ def keep_table(study: str, results: Results) -> list[Path]:
     kept. Raises `UserError` if there is no such table, or it was made by an older version.
     """
     source, target = results.verdicts(), ARCHIVE / study / VERDICTS
-    table = read_table(source)
+    table = read_verdicts(source)
     replace_whole(target, lambda draft: shutil.copyfile(source, draft))
     written = [target]
     for paper in [] if SEEDED.fullmatch(study) else sorted(set(table.paper)):
@@ -118,22 +116,8 @@ def studies() -> list[str]:
 
 
 def read_archive(study: str) -> pd.DataFrame:
-    """The verdict table of a study, refused as in `read_table`."""
-    return read_table(ARCHIVE / study / VERDICTS)
-
-
-def read_table(path: str | Path) -> pd.DataFrame:
-    """A verdict table from a file.
-
-    Raises `UserError` if there is no such table, or it was made by an older version.
-    """
-    with reading(path, "table of verdicts"):
-        table = pd.read_csv(path)
-    if lacking := NEEDED - set(table.columns):
-        raise UserError(
-            f"{path}: no column {', '.join(sorted(lacking))}; let snakemake make it again"
-        )
-    return table
+    """The verdict table of a study, refused as in `read_verdicts`."""
+    return read_verdicts(ARCHIVE / study / VERDICTS)
 
 
 # Of the long study: figures with their numbers, and a manifest.
@@ -231,7 +215,7 @@ def _figures(study, papers, results, former, part):
                 with Image.open(png) as picture:
                     small = small_png(picture)
                 kept = {f"{name}.png": small, f"{name}.nc": numbers.read_bytes()}
-                yield name, part, kept, verdict_table(verdicts)
+                yield name, part, kept, read_verdicts(verdicts)
             elif name in former["figures"] and not feeds.measurements:
                 sweeps = paper.sweeps | paper.theory
                 records = [(before.get(each, {}), sweeps[each]) for each in feeds.sweeps]

@@ -8,13 +8,11 @@ import numpy as np
 import pandas as pd
 from scipy.special import fdtr
 
-from dpd.analysis.collect import reading
 from dpd.analysis.statistics import COVERAGE, MANY, widening
-from dpd.analysis.verdicts import COLUMNS
 from dpd.errors import UserError
 from dpd.pipeline.paths import results_of
 from dpd.report.archive import ARCHIVE
-from dpd.report.figures import joined
+from dpd.report.figures import joined_verdicts
 
 KEY = ["paper", "figure", "quantity"]
 DRAWS = 400  # of two errors, which say how far their values should differ
@@ -41,19 +39,11 @@ def table_of(name: str | Path) -> pd.DataFrame:
     for place in places:
         drawn = [place] if place.is_file() else sorted(place.glob("*/figures/*.csv"))
         if files := drawn or sorted(place.glob("verdicts.csv")):
-            return joined(map(_read, files)).reindex(columns=COLUMNS)
+            return joined_verdicts(files)
     raise UserError(
         f"{name}: no verdicts there; name a folder below results or results/archive, or a table "
         "verdicts.csv"
     )
-
-
-def _read(path):
-    with reading(path, "table of verdicts"):
-        table = pd.read_csv(path)
-    if lacking := {*KEY, "value", "error", "published", "verdict"} - set(table.columns):
-        raise UserError(f"{path}: no column {', '.join(sorted(lacking))}; name a table of verdicts")
-    return table
 
 
 def compared(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:

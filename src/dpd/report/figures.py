@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from dpd.analysis.collect import load, reading, save
 from dpd.analysis.statistics import degrees_of
 from dpd.analysis.verdicts import COLUMNS, rows
+from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.report import style  # noqa: F401  sets matplotlib's parameters
 from dpd.report.captions import caption
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
     from types import ModuleType
+
+
+NEEDED = {"paper", "figure", "quantity", "kind", "published", "value", "error", "verdict"}
 
 
 def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], folder: Path) -> None:
@@ -97,7 +101,7 @@ def drawing(module: ModuleType, numbers: xr.Dataset) -> Figure:
 
 def joined_verdicts(paths: Iterable[str | Path]) -> pd.DataFrame:
     """The verdict tables of some figures as one, see `joined`."""
-    return joined(verdict_table(path) for path in paths)
+    return joined(read_verdicts(path) for path in paths)
 
 
 def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
@@ -109,7 +113,13 @@ def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
     return pd.concat(filled, ignore_index=True)
 
 
-def verdict_table(path: str | Path) -> pd.DataFrame:
-    """The verdict table of a figure. Raises `UserError` if it is missing or damaged."""
+def read_verdicts(path: str | Path) -> pd.DataFrame:
+    """A verdict table from a file. Raises `UserError` if it is missing, damaged or an older one."""
     with reading(path, "table of verdicts"):
-        return pd.read_csv(path)[COLUMNS]
+        table = pd.read_csv(path)
+    if lacking := NEEDED - set(table.columns):
+        raise UserError(
+            f"{path}: no column {', '.join(sorted(lacking))} of a table of verdicts; let snakemake "
+            "make it again"
+        )
+    return table.reindex(columns=COLUMNS)

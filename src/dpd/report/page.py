@@ -19,8 +19,7 @@ from dpd.analysis.verdicts import KINDS, NOT_REACHED, SIMULATED, VERDICTS
 from dpd.files import attribute, replace_whole
 from dpd.pipeline.jobs import verdicts_of
 from dpd.pipeline.paths import Results
-from dpd.report.archive import read_table
-from dpd.report.figures import joined_verdicts
+from dpd.report.figures import joined_verdicts, read_verdicts
 from dpd.report.text import label, typeset, whole, with_error, with_range
 from dpd.report.workflow import commit, library_versions
 from dpd.stages import stage_digest
@@ -53,7 +52,7 @@ def write_page(
     """
     results = Results(str(folder))
     table = joined_verdicts(verdicts_of(results, papers))
-    rows = judged_rows(table, None if archived is None else read_table(archived))
+    rows = judged_rows(table, None if archived is None else read_verdicts(archived))
     long_study = ""
     if archived is not None and any(row["archived"] for row in rows):
         long_study = Path(archived).parent.name
