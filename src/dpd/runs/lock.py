@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import socket
 import time
 from contextlib import contextmanager, suppress
@@ -92,11 +93,14 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         _take(lease, path, say, wait)
-    except OSError as problem:
+    except BaseException as problem:
+        lease.release()
+        TEMPORARY.discard(place)
+        if not isinstance(problem, OSError):
+            raise
         raise UserError(
             f"{place}: cannot be written ({reason(problem)}); {remedy(problem, place.parent)}"
         ) from None
-    TEMPORARY.add(place)
     lock, refused = Lock(lease, _progress_of(path)), True
     try:
         yield lock
@@ -112,8 +116,7 @@ def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wa
     while True:
         owner = _owner(lease)
         who = f"process {owner.pid} on {owner.hostname}" if owner else ""
-        with suppress(Timeout):
-            lease.acquire(blocking=False)
+        if _taken(lease):
             if owner:
                 say(f"{lease.lock_file}: left by a run that was killed ({who}); taking over")
             return
@@ -133,6 +136,19 @@ def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wa
             say(f"{path}: {busy}{'' if silent else '; waiting for it'}")
         said = busy
         time.sleep(POLL)
+
+
+def _taken(lease):
+    """Whether the lease is ours now; a signal that ends this process waits until it is known."""
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+    try:
+        lease.acquire(blocking=False)
+        TEMPORARY.add(Path(lease.lock_file))
+    except Timeout:
+        return False
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    return True
 
 
 def _owner(lease):
