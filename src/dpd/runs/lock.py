@@ -10,6 +10,7 @@ import json
 import os
 import signal
 import socket
+import threading
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -139,15 +140,23 @@ def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wa
 
 
 def _taken(lease):
-    """Whether the lease is ours now; a signal that ends this process waits until it is known."""
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+    """Whether the lease is ours now; a signal waits until that is known, and leaves no lock."""
+    came: list[int] = []
+    is_main = threading.current_thread() is threading.main_thread()
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP) if is_main else ()
+    former = {n: was for n in numbers if callable(was := signal.getsignal(n))}
     try:
+        for number in former:
+            signal.signal(number, lambda number, frame: came.append(number))
         lease.acquire(blocking=False)
         TEMPORARY.add(Path(lease.lock_file))
     except Timeout:
         return False
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        for number, was in former.items():
+            signal.signal(number, was)
+        for number in came:
+            signal.raise_signal(number)
     return True
 
 
