@@ -243,22 +243,6 @@ def test_all_kinds_of_files_are_drawn_alike(files):
     assert np.abs(other - expected).mean() > 2e-2
 
 
-def test_the_configuration_of_older_results(folder, dpd):
-    """What the observable of that name saw last; without it, a sentence says what to do."""
-    import netCDF4
-
-    Path("scene.yaml").write_text(yaml.safe_dump(SCENE | {"observe": ["thermo", "configuration"]}))
-    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
-    expected = Picture(draw("run.nc", dpi=60)).pixels
-    with netCDF4.Dataset("run.nc", "a") as file:
-        file.renameVariable("last_position", "gone")
-    assert np.array_equal(Picture(draw("run.nc", dpi=60)).pixels, expected)
-    with netCDF4.Dataset("run.nc", "a") as file:
-        file.renameVariable("position", "gone_too")
-    code, said = dpd("draw", "run.nc")
-    assert code == 1 and said.startswith("error: run.nc: holds no last configuration. `dpd run`")
-
-
 def test_bad_files_and_bad_names(files, dpd):
     """One sentence each, and nothing is written."""
     Path("garbage.nc").write_bytes(random.Random(1).randbytes(3000))

@@ -190,14 +190,6 @@ def test_what_is_refused(path, name, tmp_path, capsys, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_run_without_a_field(tmp_path, capsys):
-    """What to write into the scene."""
-    path = tmp_path / "run.nc"
-    files.write(path, {"kT": (("sample",), np.ones(3), "kT", "kT")}, {})
-    assert main(["draw", str(path), "--slice", "z=1"]) == 1
-    assert "observe: [{density_field" in capsys.readouterr().err
-
-
 def test_a_library_that_is_missing(path, capsys, monkeypatch, tmp_path):
     """The extra that brings it; slices do without, and have the same bytes each time."""
     monkeypatch.setitem(sys.modules, "skimage.measure", None)

@@ -9,7 +9,7 @@ import pytest
 from dpd import files
 from dpd.commands.main import main
 from dpd.errors import UserError
-from dpd.particles.fields import Fields, fields_of, read_fields, write_image
+from dpd.particles.netcdf import Fields, fields_of, read_fields, write_image
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start

@@ -25,7 +25,6 @@ from dpd.engine.space import unfolded as unfolded_at
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.observe.chains import sizes
-from dpd.observe.common.measured import observables
 from dpd.page import Observable, module_of
 from dpd.particles import gsd_files
 from dpd.particles.formats import read as read_particles
@@ -364,17 +363,6 @@ def test_a_disk_that_is_full_later(tmp_path, share, in_index):
     sentences = [each for each in said if each]
     assert len(sentences) == in_index
     assert all("not a whole GSD file" in each and "anew" in each for each in sentences)
-
-
-def test_without_a_path_nothing_is_written(tmp_path, monkeypatch):
-    """For measurements of speed, and for kernels that compile."""
-    monkeypatch.chdir(tmp_path)
-    scene = watched(4, CHAINS)
-    simulation = Simulation(system_of(scene), make_start(scene))
-    for observer in observables(scene, system_of(scene)):
-        if not hasattr(observer, "record"):
-            observer.sample(simulation)
-    assert os.listdir(tmp_path) == []
 
 
 def test_other_runs_do_not_depend_on_it():

@@ -88,10 +88,8 @@ def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
     path = Path(path)
     check_output(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with draft_of(path) as draft:
             make(draft)
-            os.replace(draft, path)
     except OSError as problem:
         raise UserError(f"{path}: cannot be written ({reason(problem)})") from None
 
@@ -153,8 +151,7 @@ def check_room(path: str | Path, size: int) -> None:
     """Refuse a place where a file of some bytes cannot be written; its folder is made."""
     path = Path(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with draft_of(path) as draft:
+        with draft_of(path, is_kept=False) as draft:
             draft.write_bytes(b"0" * 4096)
         free = shutil.disk_usage(path.parent).free
     except OSError as problem:
@@ -185,12 +182,6 @@ def read_group(path: str | Path, name: str) -> dict[str, np.ndarray]:
         return {key: variable[...] for key, variable in file.groups[name].variables.items()}
 
 
-def attribute(path: str | Path, name: str) -> Any:
-    """One attribute of a NetCDF file, its variables left unread."""
-    with _reading(path) as file:
-        return file.getncattr(name)
-
-
 def check_input(path: str | Path) -> None:
     """Refuse to read what is no file."""
     there = _status(path)
@@ -198,6 +189,12 @@ def check_input(path: str | Path) -> None:
         raise UserError(f"{path}: there is no such file")
     if not stat.S_ISREG(there.st_mode):
         raise UserError(f"{path}: is not a file")
+
+
+def attribute(path: str | Path, name: str) -> Any:
+    """One attribute of a NetCDF file; AttributeError if it is missing."""
+    with _reading(path) as file:
+        return file.getncattr(name)
 
 
 def attributes(path: str | Path) -> dict[str, Any]:
@@ -261,18 +258,22 @@ def check_digest(
 
 
 @contextmanager
-def draft_of(path: Path) -> Iterator[Path]:
-    """A name beside a file for what is to take its place; removed in the end if still there.
+def draft_of(path: Path, is_kept: bool = True) -> Iterator[Path]:
+    """A name beside a file, for what takes its place once the block has ended well.
 
     It is this thread's own, so that two that write the same file do not spoil each other's, and
-    made anew: what is written does not follow a link that somebody has put there.
+    made anew: what is written does not follow a link that somebody has put there. The folder is
+    made as well.
     """
     draft = path.with_name(f"{path.name}.{threading.get_native_id()}.writing")
     TEMPORARY.add(draft)
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         draft.unlink(missing_ok=True)  # of a process of that number, which was killed
         draft.touch(exist_ok=False)
         yield draft
+        if is_kept:
+            os.replace(draft, path)
     finally:
         with suppress(OSError):
             draft.unlink(missing_ok=True)

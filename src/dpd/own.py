@@ -247,10 +247,8 @@ def _file_of_cell(lines: Sequence[str], name: str) -> str:
     text = "".join(line if n in kept else "\n" for n, line in enumerate(lines, 1))
     path = cache_folder("pages") / f"{CELL}{text_digest(text)}.py"
     if not path.is_file():
-        path.parent.mkdir(parents=True, exist_ok=True)
         with draft_of(path) as draft:
-            Path(draft).write_text(text)
-            os.replace(draft, path)
+            draft.write_text(text)
     return str(path)
 
 

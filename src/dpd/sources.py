@@ -144,12 +144,10 @@ def kept(question: str, find: Callable[[], str]) -> str:
             return found
     found = find()
     with suppress(OSError):  # where nothing can be kept, it is found each time
-        path.parent.mkdir(parents=True, exist_ok=True)
         from dpd.files import draft_of
 
         with draft_of(path) as draft:
             draft.write_text(found)
-            os.replace(draft, path)
         kept = sorted(path.parent.glob("*_*"), key=lambda each: each.stat().st_mtime_ns)
         for old in kept[:-MOST_KEPT]:
             old.unlink(missing_ok=True)

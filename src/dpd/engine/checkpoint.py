@@ -86,11 +86,8 @@ class Checkpoint:
         arrays |= arrays_of(simulation.state, observers)
         arrays[CHECKSUM] = np.array(checksum_of(arrays))
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            with draft_of(self.path) as draft:
-                with open(draft, "wb") as file:
-                    np.savez(file, **arrays)  # type: ignore[arg-type]  # no key is allow_pickle
-                os.replace(draft, self.path)
+            with draft_of(self.path) as draft, open(draft, "wb") as file:
+                np.savez(file, **arrays)  # type: ignore[arg-type]  # no key is allow_pickle
             self.is_ours = True
         except OSError as problem:
             return f"{self.path}: no checkpoint could be written ({reason(problem)})"

@@ -7,7 +7,6 @@ the file says so, its box is 2 thick, and all beads are at z = 0.
 from __future__ import annotations
 
 import hashlib
-import os
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -109,8 +108,8 @@ def _particles_of(path, frame):
     if dimension not in (2, 3):
         raise UserError(f"{path}: {dimension} dimensions; allowed: 2 or 3")
     box = np.array([_decimal(edge) for edge in configuration.box])
-    for name, columns in (("position", 3), ("velocity", 3), ("image", 3)):
-        if np.shape(getattr(beads, name)) != (beads.N, columns):
+    for name in ("position", "velocity", "image"):
+        if np.shape(getattr(beads, name)) != (beads.N, 3):
             raise UserError(f"{path}: {name} is not 3 numbers for each of {beads.N} beads")
     if dimension == 2 and (np.abs(beads.position[:, 2]) > FLAT).any():
         raise UserError(
@@ -138,10 +137,7 @@ def _particles_of(path, frame):
 
 
 def _decimal(number):
-    """The shortest decimal that single precision rounds to a number: 6.3, not 6.300000191.
-
-    The library keeps boxes in single precision, whatever the precision of positions.
-    """
+    """The shortest decimal that single precision, of all boxes, rounds to: 6.3, not 6.3000002."""
     return float(str(np.float32(number)))
 
 
@@ -159,19 +155,18 @@ def _masses(beads):
 
 def _left_out(frame):
     """What a frame has that is lost, a sentence each."""
+    beads = frame.particles
     for name, nothing in OTHERS.items():
-        values = getattr(frame.particles, name)
+        values = getattr(beads, name)
         if not np.array_equal(values, np.broadcast_to(nothing, np.shape(values))):
             yield f"{name} is left out: beads have none here"
-    masses = np.asarray(frame.particles.mass)
-    if _masses(frame.particles) is None and not (masses == 1).all():
+    if _masses(beads) is None and not (np.asarray(beads.mass) == 1).all():
         yield "mass is left out: beads of one type differ in it, here they do not"
     for name in MORE_BONDS:
-        if getattr(frame, name).N:
-            yield f"{getattr(frame, name).N} {name} are left out: there are none here"
+        if count := getattr(frame, name).N:
+            yield f"{count} {name} are left out: there are none here"
     for name in ("bonds", "angles"):
-        types = len(getattr(frame, name).types or ())
-        if types > 1:
+        if (types := len(getattr(frame, name).types or ())) > 1:
             yield f"{name} of {types} types become {name} of one type"
 
 
@@ -180,8 +175,7 @@ def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Fr
     frame = gsd.hoomd.Frame()
     configuration, beads = frame.configuration, frame.particles
     dimension = particles.dimension
-    configuration.step = particles.step
-    configuration.dimensions = dimension
+    configuration.step, configuration.dimensions = particles.step, dimension
     configuration.box = [*particles.box, *[THICKNESS] * (3 - dimension)]
     configuration.box += tilt_factors(particles.box)
     beads.N = particles.beads
@@ -230,10 +224,9 @@ class TrajectoryFile:
     """A trajectory ``run.gsd`` while a run goes on: the same bits, however often that is killed.
 
     It grows as ``run.unfinished.gsd``, so that one can look at it meanwhile. In the end its frames
-    are written once more, in one go, as ``run.gsd``: where frames lie in a GSD file depends on when
-    it was flushed, and so on when the run was stopped. Until then the trajectory of a former run
-    stays there. Digests, (n, `DIGEST`) uint8 arrays, tell whether a file holds the frames that a
-    checkpoint counts. What cannot be written is a `UserError`.
+    are written once more, in one go: where frames lie in a GSD file depends on when it was flushed.
+    Until then the trajectory of a former run stays there. Digests, (n, `DIGEST`) uint8 arrays, tell
+    whether a file holds the frames that a checkpoint counts. `UserError` if it cannot be written.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -260,10 +253,7 @@ class TrajectoryFile:
         return ""
 
     def go_on_after(self, source: Path, frames: int, digests: np.ndarray) -> None:
-        """Begin with frames of a shorter run's trajectory, unless a checkpoint says more (`cut`).
-
-        It is read when the first frame is appended.
-        """
+        """Begin with frames of a shorter run, read with the first own one; `cut` says more."""
         self._before = source, frames, digests.copy()
         self._is_longer = source == self.path
 
@@ -319,7 +309,6 @@ class TrajectoryFile:
         """A new trajectory to write to, which then takes the place of what is there."""
         with self._writing(), draft_of(path) as draft:
             yield gsd.hoomd.HOOMDTrajectory(_new_file(draft))
-            os.replace(draft, path)
 
     @contextmanager
     def _writing(self):

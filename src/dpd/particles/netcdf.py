@@ -1,4 +1,4 @@
-"""The last configuration of a run in its ``run.nc``, as one that can be read without the scene.
+"""What a ``run.nc`` says of beads: the last configuration, without the scene, and density fields.
 
 Variables ``last_...`` (see `variables_of`) have the beads in the order of their identities,
 molecule after molecule. ``last_image`` is missing where all are 0, ``last_masses`` where all are 1.
@@ -8,7 +8,8 @@ factors xy, xz and yz of the lattice of images. Velocities are then those about 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -28,7 +29,6 @@ from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
 POSITION = "last_position"  # what tells a file with a configuration from one without
 # Of each array: dimensions, kinds of numbers, units, long_name; in the file it is called last_...
@@ -44,6 +44,13 @@ ARRAYS = {
 }
 NEEDED = "position", "species", "names"
 NOT_IF_ZERO = "image", "bonds", "angles"  # which are not written if there is nothing to say
+FIELD = "density_field"  # the variable, and the observable
+IMAGE = ".vti"
+THICK = 1.0  # r_c, the one cell along z in which a field of two dimensions lies
+_ASKED_FOR = (
+    "holds no density field, which a run.nc does if its scene says "
+    "'observe: [{density_field: {every: 20, average: 10}}]'"
+)
 
 
 def variables_of(particles: Particles) -> dict[str, tuple]:
@@ -157,3 +164,83 @@ def _of_scene(
     if not np.isfinite(position).all():
         raise UserError(f"{path}: has positions that are not finite numbers; make the file anew")
     return checked(of_scene(scene, box, position, image, beads.get("velocity"), step), path)
+
+
+class Fields(NamedTuple):
+    """Densities of some species on a grid, in frames over time."""
+
+    names: tuple[str, ...]
+    time: np.ndarray  # (frames,) in tau since the end of equilibration
+    box: np.ndarray  # (frames, dimension) edges in r_c
+    density: np.ndarray  # (frames, species, ...) in beads per r_c^dimension; cells of each axis
+
+    @property
+    def dimension(self) -> int:
+        return self.box.shape[1]
+
+    def __str__(self) -> str:
+        cells = " x ".join(map(str, self.density.shape[2:]))
+        return f"densities of {', '.join(self.names)} in {cells} cells, {len(self.time)} frames"
+
+    def number(self, frame: int, path: object) -> int:
+        """A frame that may be counted from the last one, as -1, from 0 on; refused if not there."""
+        count = len(self.time)
+        if not -count <= frame < count:
+            raise UserError(
+                f"{path}: there is no frame {frame} of the density field; allowed: 0 to "
+                f"{count - 1}, or from the end -1 to -{count}"
+            )
+        return frame % count
+
+
+def read_fields(path: Path) -> Fields:
+    """The density fields of a ``run.nc``; `UserError` if it cannot be read, or has none."""
+    return fields_of(files.read(path)[0], path)
+
+
+def fields_of(variables: Mapping[str, np.ndarray], path: object) -> Fields:
+    """The density fields among the variables of a run; refused if they are lacking or damaged."""
+    if FIELD not in variables:
+        raise UserError(f"{path}: {_ASKED_FOR}")
+    density, box = variables[FIELD], variables.get("field_box", np.zeros((0, 0)))
+    time, names = variables.get("field_time", np.zeros(0)), variables.get("species", np.zeros(0))
+    frames, dimension = len(density), density.ndim - 2
+    shapes = (frames, dimension), (frames,), density.shape[1:2]
+    if (box.shape, time.shape, names.shape) != shapes or dimension not in (2, 3):
+        raise UserError(f"{path}: its density field is damaged; make the file anew")
+    there = np.isfinite(density).all(axis=tuple(range(1, density.ndim)))
+    if not there.any():
+        raise UserError(f"{path}: the run was lost before the first frame of its density field")
+    return Fields(tuple(map(str, names)), time[there], box[there], density[there])
+
+
+def write_image(fields: Fields, frame: int, path: str | Path) -> None:
+    """Write one frame, counted from 0, with a scalar ``density A`` of the cells for each species A.
+
+    The grid fills the box, whose corner is at 0. A field of two dimensions is one cell thick, in
+    the middle of which is z = 0. `UserError` if the file cannot be written, or the library that
+    writes it is not installed.
+    """
+    try:
+        from pyevtk.hl import imageToVTK
+    except ModuleNotFoundError:
+        raise UserError(
+            f"{path}: the library pyevtk, which writes VTK files, is not installed: pip install "
+            "'dpd-papers[draw]'"
+        ) from None
+    density, box = fields.density[frame], fields.box[frame]
+    spacing = [float(edge) / cells for edge, cells in zip(box, density.shape[1:])]
+    origin = [0.0, 0.0, 0.0]
+    if fields.dimension == 2:
+        density, spacing, origin = density[..., None], [*spacing, THICK], [0.0, 0.0, -THICK / 2]
+    cells = {f"density {name}": np.asfortranarray(one) for name, one in zip(fields.names, density)}
+
+    def make(draft):
+        made = Path(f"{draft}{IMAGE}")  # the library adds this to every name
+        try:
+            imageToVTK(str(draft), tuple(origin), tuple(spacing), cells)
+            made.replace(draft)
+        finally:
+            made.unlink(missing_ok=True)
+
+    files.replace_whole(path, make)

@@ -18,9 +18,8 @@ from matplotlib.transforms import AffineDeltaTransform
 from dpd.engine.space import nearest
 from dpd.errors import UserError, shown
 from dpd.files import check_output, replace_whole
-from dpd.particles.fields import fields_of, read_fields
 from dpd.particles.formats import read
-from dpd.particles.netcdf import particles_of
+from dpd.particles.netcdf import fields_of, particles_of, read_fields
 from dpd.particles.particles import Particles, checked, molecules_of
 from dpd.report.colours import LOOK, MANY, OF_SPECIES
 from dpd.report.draw_fields import AXES, COLUMN, INCH, draw_fields, draw_legend, refuse_unknown

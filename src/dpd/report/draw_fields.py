@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from dpd.particles.fields import Fields
+    from dpd.particles.netcdf import Fields
 
 AXES = "xyz"
 INCH = 2.54  # cm
