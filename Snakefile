@@ -13,6 +13,12 @@ from pathlib import Path
 
 BEGUN = time.time()
 sys.path.insert(0, str(Path(workflow.basedir) / "src"))
+if "papers_dir" in config:  # papers outside of this clone; the commands of the rules look there too
+    if not os.path.isabs(str(config["papers_dir"])):
+        raise WorkflowError(
+            f"papers_dir: {config['papers_dir']!r} is no whole path; begin it with / or $PWD/"
+        )
+    os.environ["DPD_PAPERS_DIR"] = str(config["papers_dir"])
 
 from dpd.analysis.published import entries_of, published
 from dpd.digest import ROOT, value_digest

@@ -18,6 +18,57 @@ def test_nothing_makes_the_example_unless_it_is_asked_for():
     assert "example" not in read_config()["papers"]
 
 
+@pytest.fixture
+def outside(tmp_path):
+    """A clone, and a paper that stands elsewhere, with its name and options for snakemake."""
+    folder, papers = copy_repository(tmp_path / "copy"), tmp_path / "my papers"
+    command = [sys.executable, "-m", "dpd", "new", "--paper", "mine"]
+    there = os.environ | {"PYTHONPATH": str(folder / "src"), "DPD_PAPERS_DIR": str(papers)}
+    subprocess.run(command, cwd=folder, env=there, check=True)
+    edit(papers / "mine.yaml", "sample: 4000", "sample: 400")
+    edit(papers / "mine.yaml", "values: [2, 3, 4, 5, 6]", "values: [3, 4]")
+    figure = papers / "mine" / "scaled_pressure.py"
+    (papers / "mine" / "shared.py").write_text("REPULSION = 25.0\n")
+    edit(figure, "REPULSION = 25.0  # kT / r_c", "")
+    edit(figure, "import numpy", "from paper_figures.mine.shared import REPULSION\nimport numpy")
+    return folder, papers, ("--config", "papers=[mine]", f"papers_dir={papers}")
+
+
+def test_a_paper_outside_of_the_clone_is_planned(outside):
+    """Its runs and its figure; without the folder, or with a wrong one, a sentence says so."""
+    folder, papers, asked = outside
+    jobs = planned(folder, *asked)
+    assert jobs["simulate"] == 4 and jobs["draw_figure"] == 1
+    for options, said in (
+        (asked[:2], "'mine' is not in config/papers; allowed: "),
+        ((*asked[:2], "papers_dir=mine"), "'mine' is no whole path"),
+        ((*asked[:2], "papers_dir=/nowhere"), "/nowhere: there is no such folder"),
+    ):
+        done = snakemake(folder, "-n", *options)
+        assert done.returncode and said in done.stdout + done.stderr
+    shutil.copy(papers / "mine.yaml", folder / "config" / "papers")
+    done = snakemake(folder, "-n", *asked)
+    assert done.returncode and "'mine' is there twice" in done.stdout + done.stderr
+
+
+@pytest.mark.thorough
+def test_a_paper_outside_of_the_clone_is_made(outside):
+    """An edit of what its figure imports, or of a published number, draws that again alone."""
+    folder, papers, asked = outside
+    done = snakemake(folder, *asked)
+    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+    results = folder / "results" / "quick"
+    assert "Pressure of the DPD fluid" in (results / "report-mine.html").read_text()
+    assert len(pd.read_csv(results / "verdicts-mine.csv")) == 1
+    assert planned(folder, *asked) == {}
+    edit(papers / "mine" / "shared.py", "25.0", "24.0")
+    drawn = {"draw_figure": 1, "join_verdicts": 1, "write_report": 1}
+    assert planned(folder, *asked) == drawn
+    edit(papers / "mine" / "shared.py", "24.0", "25.0")
+    edit(papers / "mine" / "published.yaml", "value: 0.101", "value: 0.102")
+    assert planned(folder, *asked) == drawn
+
+
 @pytest.mark.thorough
 def test_the_example(tmp_path):
     """Its runs, its figure, its report; a copy under another name works as well."""

@@ -123,7 +123,7 @@ def test_imports_of_every_form(tmp_path, monkeypatch):
     for name, text in files.items():
         (house / name).parent.mkdir(parents=True, exist_ok=True)
         (house / name).write_text(text)
-    monkeypatch.setitem(HOMES, "house", house)
+    monkeypatch.setitem(HOMES, "house", (house,))
     found = reachable((house / "entry.py",))
     assert {str(path.relative_to(house)) for path in found} == set(files) - {"unused.py"}
     found = reachable((house / "entry.py",), frozenset({"house.rooms.three", "house.one"}))

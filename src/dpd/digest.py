@@ -1,4 +1,4 @@
-"""Digests of values, and the folders that belong to the repository or can be had again."""
+"""Digests of values; the folders of the repository, of papers, and of what can be had again."""
 
 import hashlib
 import json
@@ -21,6 +21,22 @@ def _repository() -> Path:
 
 # It may be any folder: only papers and studies need the repository (`dpd.pipeline.study`).
 ROOT = _repository()
+# A folder of papers outside of the repository, each NAME.yaml with a folder NAME of its figures.
+_GIVEN = os.environ.get("DPD_PAPERS_DIR")
+PAPERS_DIR = Path(_GIVEN).absolute() if _GIVEN else None
+
+
+def paper_folder(paper: str) -> Path:
+    """Where figures, calculations and published numbers of a paper stand."""
+    if PAPERS_DIR is not None and (PAPERS_DIR / f"{paper}.yaml").is_file():
+        return PAPERS_DIR / paper
+    return ROOT / "paper_figures" / paper
+
+
+def shortened(path: str | Path) -> str:
+    """A path as messages have it: below the repository without the way there."""
+    path = Path(path)
+    return str(path.relative_to(ROOT) if path.is_relative_to(ROOT) else path)
 
 
 def cache_folder(name: str) -> Path:

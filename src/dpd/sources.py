@@ -14,18 +14,24 @@ import os
 import re
 from contextlib import suppress
 from functools import cache
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from dpd.digest import PACKAGE, ROOT, cache_folder, text_digest
+from dpd.digest import PACKAGE, PAPERS_DIR, ROOT, cache_folder, text_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-# The packages that are followed: `dpd` itself, and of a clone the figures of papers and benchmarks.
-HOMES = {"dpd": PACKAGE, "paper_figures": ROOT / "paper_figures"}
+# The packages that are followed, with their folders: `dpd` itself, the figures of papers, and of a
+# clone the benchmarks.
+HOMES: dict[str, tuple[Path, ...]] = {
+    "dpd": (PACKAGE,), "paper_figures": (ROOT / "paper_figures",)
+}  # fmt: skip
+if PAPERS_DIR is not None:
+    HOMES["paper_figures"] += (PAPERS_DIR,)
 if (ROOT / "benchmarks" / "measure.py").is_file():
-    HOMES["benchmarks"] = ROOT / "benchmarks"
+    HOMES["benchmarks"] = (ROOT / "benchmarks",)
 # Modules that decide no number and no picture, whoever imports them. They check input and word
 # messages, and what they fill in stands in a scene's own digest (defaults, a scheme chosen); or
 # they show progress, tidy up, make these digests, or keep the end of a run beside what it measured.
@@ -112,8 +118,9 @@ def files_of(path: Path) -> list[Path]:
 
 def _place(path):
     """What a file is called in digests, wherever it lies: installed sources have the same."""
-    homes = ((package, home) for package, home in HOMES.items() if path.is_relative_to(home))
-    return next((f"{package}/{path.relative_to(home)}" for package, home in homes), str(path))
+    homes = ((package, home) for package, folders in HOMES.items() for home in folders)
+    inside = ((package, home) for package, home in homes if path.is_relative_to(home))
+    return next((f"{package}/{path.relative_to(home)}" for package, home in inside), str(path))
 
 
 @cache
@@ -158,9 +165,9 @@ def kept(question: str, find: Callable[[], str]) -> str:
 def _state():
     """Digest of all files of our packages, byte by byte."""
     total = hashlib.sha256()
-    for home in HOMES.values():
+    for home in chain(*HOMES.values()):
         for folder, folders, names in os.walk(home):
-            folders[:] = sorted(set(folders) - {"__pycache__"})
+            folders[:] = sorted(each for each in folders if each[0] not in "._")
             for name in sorted(names):
                 path = os.path.join(folder, name)
                 with open(path, "rb") as file:
@@ -192,15 +199,9 @@ def reachable(
 def file_of(name: str) -> Path | None:
     """The file of a module of ours; None for other modules, and for folders that are no package."""
     first, *rest = name.split(".")
-    return _file_in(HOMES[first], rest) if first in HOMES else None
-
-
-def _file_in(folder, parts):
-    place = folder.joinpath(*parts)
-    for path in (Path(f"{place}.py"), place / "__init__.py"):
-        if path.is_file():
-            return path
-    return None
+    places = [home.joinpath(*rest) for home in HOMES.get(first, ())]
+    files = (file for each in places for file in (Path(f"{each}.py"), each / "__init__.py"))
+    return next((file for file in files if file.is_file()), None)
 
 
 @cache
@@ -214,7 +215,7 @@ def _files(module):
 
 
 def _is_ours(folder):
-    return any(home == folder or home in folder.parents for home in HOMES.values())
+    return any(folder.is_relative_to(home) for home in chain(*HOMES.values()))
 
 
 def source_of(path: Path) -> Source:
@@ -298,18 +299,14 @@ def _imported(node, path):
         return
     if node.level:  # imports are absolute here
         return
-    first, *parts = node.module.split(".")
-    if first not in HOMES:
-        yield from _beside(path, first)
+    if node.module.split(".")[0] not in HOMES:
+        yield from _beside(path, node.module)
         return
-    folder = HOMES[first]
-    module = _file_in(folder, parts)
-    if module is not None:
-        yield from _files(module)
+    yield from _files(node.module)
+    module = file_of(node.module)
     if module is None or module.name == "__init__.py":  # what is imported may be modules in it
         for alias in node.names:
-            if file := _file_in(folder, [*parts, alias.name]):
-                yield from _files(file)
+            yield from _files(f"{node.module}.{alias.name}")
 
 
 def _beside(path, module):

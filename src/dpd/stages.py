@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from dpd.digest import ROOT, text_digest
+from dpd.digest import paper_folder, text_digest
 from dpd.page import Observable, Start, Term, module_of, names
 from dpd.scene.reading import NEEDED
 from dpd.sources import file_of, kept, source_of, sources_digest
@@ -81,7 +81,7 @@ def figure_sources(path: Path) -> str:
 
 def calculations_file(paper: str) -> Path:
     """The file of a paper with what its sweeps of theory calculate."""
-    return ROOT / "paper_figures" / paper / "calculations.py"
+    return paper_folder(paper) / "calculations.py"
 
 
 def calculation_sources(paper: str) -> str:

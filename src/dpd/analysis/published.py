@@ -8,13 +8,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from dpd.digest import ROOT
+from dpd.digest import paper_folder
 from dpd.errors import UserError, suggestion
 from dpd.page import Refusals, Section, setting
 from dpd.scene.yaml import read_yaml
 from dpd.sentences import read_section
-
-FIGURES = ROOT / "paper_figures"  # a folder a paper
 
 
 @dataclass(frozen=True)
@@ -99,7 +97,7 @@ class Shown(dict):
 
 def published_file(paper: str) -> Path:
     """Where a paper's published numbers stand, if it has any."""
-    return FIGURES / paper / "published.yaml"
+    return paper_folder(paper) / "published.yaml"
 
 
 @cache

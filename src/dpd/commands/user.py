@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import time
 from functools import partial
 from pathlib import Path
@@ -77,21 +78,23 @@ def new(options: Namespace) -> None:
 
 def _new_paper(name, overwrite):
     """The example paper under another name."""
-    from dpd.digest import ROOT
+    from dpd.digest import PAPERS_DIR, ROOT, shortened
     from dpd.pipeline.study import check_paper_name
 
     check_paper_name(name)
     papers, figures = ROOT / "config" / "papers", ROOT / "paper_figures"
+    to, beside = (PAPERS_DIR, PAPERS_DIR) if PAPERS_DIR else (papers, figures)
     if name == "example":
         raise UserError(f"--paper: {name!r} is what is copied; take another name")
     _, title, rest = (papers / "example.yaml").read_text().partition("title:")
-    written = {papers / f"{name}.yaml": (title + rest).replace("/example/", f"/{name}/")}
+    written = {to / f"{name}.yaml": (title + rest).replace("/example/", f"/{name}/")}
     for path in sorted((figures / "example").iterdir()):
         if path.is_file():
-            written[figures / name / path.name] = path.read_text()
+            written[beside / name / path.name] = path.read_text()
     _write(written, overwrite)
-    print("\n".join(str(path.relative_to(ROOT)) for path in written))
-    print(f"to make it: snakemake --cores 2 --config papers='[{name}]'")
+    print("\n".join(shortened(path) for path in written))
+    where = f" papers_dir={shlex.quote(str(PAPERS_DIR))}" if PAPERS_DIR else ""
+    print(f"to make it: snakemake --cores 2 --config papers='[{name}]'{where}")
 
 
 def _write(written, overwrite):

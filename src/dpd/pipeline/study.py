@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from dpd.digest import ROOT
+from dpd.digest import PAPERS_DIR, ROOT, shortened
 from dpd.errors import UserError, shown, suggestion
 from dpd.pipeline.derived import check_derived
 from dpd.pipeline.sections import Config, PaperFile, Study
@@ -156,6 +156,8 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     """
     check_repository()
     config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
+    if overrides and "papers_dir" in overrides:  # the Snakefile has heeded it
+        del config["papers_dir"]
     config = read_section(Config, config, WHERE).model_dump()
     if (seed := config.pop("seed")) != 1:
         config["study"] = f"{config['study']}-seed{seed}"
@@ -227,10 +229,10 @@ def read_paper(
     UserError
         If anything in the files is not allowed, or they do not fit together.
     """
-    _known("papers", name)
-    where = f"config/papers/{name}.yaml"
+    path = _known("papers", name)
+    where = shortened(path)
     first, seed = read_study(study).first or (), file_and_seed("study", study)[1]
-    names, given = lineage(study), read_yaml(CONFIG / "papers" / f"{name}.yaml")
+    names, given = lineage(study), read_yaml(path)
     paper = as_studied(given, names, studies(), f"{where}: ")
     read_section(PaperFile, paper, where)
     _check_first(first, name, paper["sweeps"], f"{WHERE}: studies.{names[0]}")
@@ -266,7 +268,7 @@ def read_paper(
         if "theory" in given:
             theory[sweep] = unfold_theory(name, sweep, given, key, described, seed)
         else:
-            sweeps[sweep] = unfold(name, sweep, given, key, described, CONFIG / "papers", seed)
+            sweeps[sweep] = unfold(name, sweep, given, key, described, path.parent, seed)
     sampling = tuple(paper.get("sampling", ()))
     _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")
     reference = paper.get("reference", "")
@@ -351,14 +353,20 @@ def check_repository() -> None:
 
 
 def _known(key, paper):
-    """Refuse a paper that there is not."""
+    """The file of a paper, refused if there is none, or two."""
     check_repository()
     _check_name(key, paper)
-    names = sorted(path.stem for path in (CONFIG / "papers").glob("*.yaml"))
-    if paper not in names:
-        raise UserError(
-            f"{key}: {shown(paper)} is not in config/papers; {suggestion(paper, names)}"
-        )
+    folders = [CONFIG / "papers", *([PAPERS_DIR] if PAPERS_DIR else [])]
+    if not folders[-1].is_dir():
+        raise UserError(f"papers_dir: {folders[-1]}: there is no such folder; name that of papers")
+    there = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
+    found, names = [path for path in there if path.stem == paper], [path.stem for path in there]
+    if len(found) > 1:
+        raise UserError(f"{key}: {paper!r} is there twice, {found[0]} and {found[1]}; rename one")
+    if not found:
+        places = " or ".join(shortened(folder) for folder in folders)
+        raise UserError(f"{key}: {shown(paper)} is not in {places}; {suggestion(paper, names)}")
+    return found[0]
 
 
 def _check_name(key, name):

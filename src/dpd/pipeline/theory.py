@@ -12,7 +12,7 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-from dpd.digest import ROOT, value_digest
+from dpd.digest import ROOT, shortened, value_digest
 from dpd.errors import UserError, suggestion
 from dpd.own import blame
 from dpd.page import Calculation
@@ -94,10 +94,10 @@ def calculations_of(paper: str) -> dict[str, type[Calculation]]:
         If there is no such file, or it cannot be imported.
     """
     path = calculations_file(paper)
-    short = path.relative_to(ROOT)
+    short = shortened(path)
     if not path.is_file():
         raise UserError(
-            f"config/papers/{paper}.yaml: a sweep has 'theory', and there is no file "
+            f"{paper}.yaml: a sweep has 'theory', and there is no file "
             f"{short}; write it, with a class for each calculation, as "
             "paper_figures/crgw_2019 has it, or take the sweep out"
         )

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from dpd.digest import ROOT
+from dpd.digest import ROOT, paper_folder, shortened
 from dpd.errors import UserError
 
 if TYPE_CHECKING:
@@ -41,10 +41,10 @@ class BrokenFigure(UserError):
 
 def figure_path(paper: str, figure: str) -> Path:
     """The file of a figure. Raises `UserError` if it is missing."""
-    path = ROOT / "paper_figures" / paper / f"{figure}.py"
+    path = paper_folder(paper) / f"{figure}.py"
     if not path.is_file():
         raise UserError(
-            f"config/papers/{paper}.yaml: figures.{figure}: there is no file {_short(path)}; "
+            f"{paper}.yaml: figures.{figure}: there is no file {shortened(path)}; "
             "write it, with the functions of one of its neighbours, or take the figure out"
         )
     return path
@@ -76,7 +76,7 @@ def load_module(paper: str, figure: str) -> ModuleType:
         if not hasattr(module, name):
             needed = "; ".join((FUNCTIONS | TEXTS).values())
             raise UserError(
-                f"{_short(path)}: {name} is missing: {meaning}. A figure file needs {needed}"
+                f"{shortened(path)}: {name} is missing: {meaning}. A figure file needs {needed}"
             )
     for name, value in OPTIONAL.items():
         setattr(module, name, getattr(module, name, value))
@@ -96,17 +96,17 @@ def blamed_on(module: ModuleType, part: str) -> Iterator[None]:
         raise
     except SyntaxError as fault:
         said = f"this is not Python: {fault.msg}{_code(fault.text)}"
-        place = _short(fault.filename or path)
-        raise BrokenFigure(f"{place}: line {fault.lineno}: {said}") from fault
+        where = shortened(fault.filename or path)
+        raise BrokenFigure(f"{where}: line {fault.lineno}: {said}") from fault
     except Exception as fault:
         said = f"{part} raised {type(fault).__name__}: {fault}"
         frames = traceback.extract_tb(fault.__traceback__)
         own = [frame for frame in frames if Path(frame.filename).parent == Path(path).parent]
         if not own:
-            raise BrokenFigure(f"{_short(path)}: {said}") from fault
+            raise BrokenFigure(f"{shortened(path)}: {said}") from fault
         place = own[-1]
         code = _code(linecache.getline(place.filename, place.lineno or 0))
-        where = f"{_short(place.filename)}: line {place.lineno}"
+        where = f"{shortened(place.filename)}: line {place.lineno}"
         raise BrokenFigure(f"{where}: {said}{code}") from fault
 
 
@@ -114,7 +114,7 @@ def wanted(module: ModuleType, part: str, value: object, kind: type[T]) -> T:
     """A value that a part of a figure file returned, refused if it is not of the kind."""
     if not isinstance(value, kind):
         raise UserError(
-            f"{_short(module.__file__)}: {part} returned {type(value).__name__}, "
+            f"{shortened(str(module.__file__))}: {part} returned {type(value).__name__}, "
             f"not {kind.__name__}; a figure file needs {(FUNCTIONS | MEASURED)[part]}"
         )
     return value
@@ -122,9 +122,3 @@ def wanted(module: ModuleType, part: str, value: object, kind: type[T]) -> T:
 
 def _code(line):
     return f" (`{line.strip()}`)" if line and line.strip() else ""
-
-
-def _short(path):
-    """A path below the repository without the way there."""
-    path = Path(path)
-    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
