@@ -14,11 +14,10 @@ from PIL import Image
 from dpd import files
 from dpd.analysis.collect import save
 from dpd.errors import UserError
-from dpd.pipeline.calculate import calculate
 from dpd.pipeline.paths import LONG_STUDY, Results
 from dpd.pipeline.study import Figure, Paper, read_config, read_paper, read_study
-from dpd.pipeline.sweep import Axis, Point, Sweep
-from dpd.pipeline.theory import unfold_theory
+from dpd.pipeline.sweep import Axis, Point, Sweep, SweepFile
+from dpd.pipeline.theory import calculate, unfold_theory
 from dpd.report import archive
 from dpd.report.archive import keep_whole, manifest_of, restore
 from dpd.report.documents import paper_page
@@ -118,8 +117,8 @@ def test_the_manifest_says_what_made_the_archive(kept, results):
 
 def test_the_manifest_has_sweeps_of_theory(kept, results):
     """Whole once the file is there, and only while it has the points that the sweep has."""
-    given = {"theory": {"second_virial": {"repulsion": 25}}, "axes": {}}
-    sweep = unfold_theory("crgw_2019", "virials", given, "here", {})
+    given = SweepFile(theory={"second_virial": {"repulsion": 25}})
+    sweep = unfold_theory("crgw_2019", "virials", given, "here")
     whole = {"fig02_shapes": Figure((SWEEP,), ())}
     mine = Paper(PAPER, "", "", paper().sweeps, (), whole, (), {"virials": sweep})
 

@@ -14,7 +14,7 @@ from dpd import files
 from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.particles.formats import read, write
-from dpd.pipeline.sweep import described_axes, unfold
+from dpd.pipeline.sweep import SweepFile, unfold
 from dpd.runs.result import last_configuration
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
@@ -227,9 +227,8 @@ def test_where_a_path_counts_from(melt, tmp_path, monkeypatch):
     with pytest.raises(UserError, match=r"start\.path: .*work/melt\.nc: there is no such file"):
         Scene(from_file("melt.nc"))
     assert Scene(from_file("../scenes/melt.nc")).digest == Scene.read(path).digest
-    given = {"scene": from_file("melt.nc"), "axes": {}}
-    axes = described_axes(given, "key")
-    sweep = unfold("p", "s", given, "where", axes, tmp_path / "scenes")
+    given = SweepFile(scene=from_file("melt.nc"))
+    sweep = unfold("p", "s", given, "where", tmp_path / "scenes")
     assert sweep.points[0].scene.data["start"]["sha256"] == Scene.read(path).data["start"]["sha256"]
 
 

@@ -14,8 +14,9 @@ from dpd.analysis.derive import derive
 from dpd.analysis.structure import closest_contact, peak
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.pipeline.derived import check_derived, read_derived, resolved, write_derived
-from dpd.pipeline.study import read_paper
+from dpd.pipeline.derived import read_derived, resolved, write_derived
+from dpd.pipeline.study import PaperFile, read_paper
+from dpd.sentences import read_section
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
 PAPER, SWEEP, SOURCE = "liu_2008", "rigidity", "contacts"
@@ -108,44 +109,38 @@ def test_a_table_that_lacks_a_value_or_is_none(sweep, tmp_path):
         read_derived(path)
 
 
+FORCE = {"set": "force", "values": [50, 100]}
 GIVEN = {
     "bonds": {
         "scene": {"bond": {"length": 0.2}},
         "derive": {"bond.length": {"from": "cores", "quantity": "closest_contact"}},
+        "axes": {"force": FORCE},
     },
-    "cores": {"scene": {}},
+    "cores": {"scene": {}, "axes": {"force": FORCE}},
 }
-AXES = {"bonds": {"force": {"values": [50, 100]}}, "cores": {"force": {"values": [50, 100]}}}
 
 
 @pytest.mark.parametrize(
     ("place", "value", "message"),
     [
-        (("derive", "bond.length", "from"), "core", r"no sweep 'core'.*did you mean 'cores'"),
-        (("scene", "bond"), {"stiffness": 3}, r"bond.length: the sweep's scene has no such key"),
-        (("force",), {"values": [50, 200]}, r"has no force 200, which 'bonds' needs; it has 50"),
-        (("stiffness",), {"values": [1]}, r"shares no axis with 'bonds'; its axes: force"),
-        (("cores", "r_s"), {"values": [0, 0.1]}, r"several values on the axis 'r_s'"),
-        (("cores", "derive"), {"x": {}}, r"'cores' has derived values itself"),
+        (("bonds", "derive", "bond.length", "from"), "core", r"no sweep 'core'.*mean 'cores'"),
+        (("bonds", "scene", "bond"), {"stiffness": 3}, r"the sweep's scene has no such key"),
+        (("bonds", "axes", "force"), FORCE | {"values": [50, 200]}, r"has no force 200, which"),
+        (("bonds", "axes"), {"stiffness": FORCE}, r"shares no axis with 'bonds'; its axes: force"),
+        (("cores", "axes", "r_s"), {"set": "r", "values": [0, 1]}, r"values on the axis 'r_s'"),
+        (("cores", "derive"), GIVEN["bonds"]["derive"], r"'cores' has derived values itself"),
     ],
 )
 def test_rules_that_do_not_fit(place, value, message):
     """One sentence that says which key and what is allowed."""
-    given, axes = copy.deepcopy(GIVEN), copy.deepcopy(AXES)
-    check_derived("bonds", given, axes, "paper.yaml: sweeps.bonds.derive")
-    if place == ("cores", "derive"):
-        given["cores"]["derive"] = value
-    elif place == ("cores", "r_s"):
-        axes["cores"]["r_s"] = value
-    elif len(place) == 1:
-        axes["bonds"] = {place[0]: value}
-    else:
-        inner = given["bonds"]
-        for part in place[:-1]:
-            inner = inner[part]
-        inner[place[-1]] = value
+    read_section(PaperFile, {"title": "Mine", "sweeps": GIVEN}, "paper.yaml")
+    given = copy.deepcopy(GIVEN)
+    inner = given
+    for part in place[:-1]:
+        inner = inner[part]
+    inner[place[-1]] = value
     with pytest.raises(UserError, match=message):
-        check_derived("bonds", given, axes, "paper.yaml: sweeps.bonds.derive")
+        read_section(PaperFile, {"title": "Mine", "sweeps": given}, "paper.yaml")
 
 
 def runs(folder):

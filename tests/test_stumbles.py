@@ -12,10 +12,11 @@ import xarray as xr
 import yaml
 
 from dpd.errors import UserError
-from dpd.pipeline.study import _check_seeds, read_config
+from dpd.pipeline.study import PaperFile, read_config
 from dpd.report.captions import sweep_line
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
+from dpd.sentences import read_section
 from tests.test_cli import SCENE
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
@@ -300,7 +301,8 @@ def test_a_renamed_sweep_keeps_its_runs(mine):
 @pytest.mark.parametrize("seeds", [{"two": "one"}, {"one": "x", "two": "x"}])
 def test_two_sweeps_never_share_their_noise(seeds):
     """What follows from both would look more certain than it is."""
-    sweeps = {name: {"seeds": seeds.get(name, name)} for name in ("one", "two")}
+    sweeps = {name: {"scene": {}, "seeds": seeds.get(name, name)} for name in ("one", "two")}
     with pytest.raises(UserError, match="the noise of the sweep 'one'"):
-        _check_seeds(sweeps, "mine.yaml: sweeps")
-    _check_seeds({"one": {"seeds": "two"}, "two": {"seeds": "one"}}, "two names changed")
+        read_section(PaperFile, {"title": "Mine", "sweeps": sweeps}, "mine.yaml")
+    sweeps |= {"one": {"scene": {}, "seeds": "two"}, "two": {"scene": {}, "seeds": "one"}}
+    read_section(PaperFile, {"title": "Two names changed", "sweeps": sweeps}, "mine.yaml")

@@ -8,13 +8,14 @@ from dpd.analysis.collect import save
 from dpd.analysis.derive import derive
 from dpd.commands.main import main
 from dpd.errors import UserError
-from dpd.pipeline.calculate import calculate
 from dpd.pipeline.derived import resolved, write_derived
 from dpd.pipeline.jobs import page_sources
 from dpd.pipeline.paths import Results
 from dpd.pipeline.plan import as_text, plan
 from dpd.pipeline.study import Paper, read_paper
-from dpd.pipeline.theory import check_kind, unfold_theory
+from dpd.pipeline.sweep import SweepFile
+from dpd.pipeline.theory import calculate, unfold_theory
+from dpd.sentences import read_section
 from paper_figures.crgw_2019.calculations import MonomerFluid
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
@@ -30,7 +31,7 @@ GIVEN = {
 
 def unfolded(given=GIVEN):
     """A sweep of theory."""
-    return unfold_theory(PAPER, "fluids", given, "sweeps.fluids", given["axes"])
+    return unfold_theory(PAPER, "fluids", SweepFile(**given), "sweeps.fluids")
 
 
 def test_points_are_those_of_the_axes():
@@ -95,7 +96,7 @@ def test_only_points_that_changed_are_calculated(tmp_path, monkeypatch):
     asked.clear()
     assert calculate(unfolded(more), path).points_calculated == 0
     assert not asked
-    monkeypatch.setattr("dpd.pipeline.calculate.calculation_sources", lambda paper: "others")
+    monkeypatch.setattr("dpd.pipeline.theory.calculation_sources", lambda paper: "others")
     assert calculate(unfolded(more), path).points_calculated == 4
     path.write_bytes(b"damaged")
     assert calculate(unfolded(more), path).points_calculated == 4
@@ -148,7 +149,7 @@ def test_what_cannot_be_calculated_is_refused(theory, said):
 def test_a_paper_without_calculations_is_told_what_to_write():
     """Its file, and what stands in it."""
     with pytest.raises(UserError, match=r"no file paper_figures/liu_2008/calculations\.py; write"):
-        unfold_theory("liu_2008", "fluids", GIVEN, "sweeps.fluids", {})
+        unfold_theory("liu_2008", "fluids", SweepFile(**GIVEN), "sweeps.fluids")
 
 
 def test_a_calculation_that_is_broken_is_one_sentence(tmp_path, monkeypatch):
@@ -211,7 +212,7 @@ def test_a_point_without_a_solution_is_named(tmp_path):
 def test_keys_of_the_other_kind_are_refused(given, said):
     """Of a sweep that is calculated or simulated."""
     with pytest.raises(UserError, match=said):
-        check_kind(given, "paper")
+        read_section(SweepFile, given, "paper.yaml", "paper")
 
 
 @pytest.mark.parametrize("name", ["vh1_vh2", "solvents", "vh1"])

@@ -26,7 +26,7 @@ STAGES = {
     "start": ("dpd.scene.scene", "dpd.start.common.files"),
     "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.runs.run"),
     "collect": ("dpd.analysis.collect",),
-    "calculate": ("dpd.pipeline.calculate",),
+    "calculate": ("dpd.pipeline.theory",),
     "derive": ("dpd.analysis.derive", "dpd.pipeline.derived"),
     "figure": ("dpd.report.figures",),
     "report": ("dpd.report.page", "dpd.report.workflow"),

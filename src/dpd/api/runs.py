@@ -280,22 +280,25 @@ def sweep(
 
 
 def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int) -> Sweep:
-    from dpd.pipeline.points import fixed
-    from dpd.pipeline.sections import SweptAxis
-    from dpd.pipeline.sweep import unfold
+    from dpd.pipeline.sweep import SweepFile, SweptAxis, fixed, unfold
     from dpd.sentences import read_section
 
     key = f"{fixed(scene).where}: sweep"
     described = {}
     for name, values in plain(axes).items():
         if isinstance(values, dict):
-            read_section(SweptAxis, values, key, f"axes.{name}")
-            described[name] = values
+            described[name] = read_section(SweptAxis, values, key, f"axes.{name}")
         elif isinstance(values, list):
-            described[name] = {"values": values, "set": name, "units": "reduced", "long_name": name}
+            described[name] = SweptAxis.model_construct(
+                values=values, set=name, units="reduced", long_name=name
+            )
         else:
             raise UserError(f"{key}.axes.{name}: {shown(values)} is no list, such as [0.1, 0.2]")
-    return unfold("dpd", "sweep", {"scene": scene.data, "replicas": replicas}, key, described)
+    # Not read as a section: here the name of an axis may be any key of the scene.
+    given = SweepFile.model_construct(scene=scene.data, replicas=replicas, axes=described)
+    for place, problem in given.conflicts():
+        raise UserError(f"{key}.{place}: {problem}" if place else f"{key}: {problem}")
+    return unfold("dpd", "sweep", given, key)
 
 
 def _refuse_other(path: Path, planned: Sweep) -> None:

@@ -213,7 +213,7 @@ def calculate(options: Namespace) -> None:
     """Calculate a sweep of theory; of a former file only what changed."""
     from dpd.analysis.collect import save
     from dpd.files import check_room
-    from dpd.pipeline.calculate import calculate
+    from dpd.pipeline.theory import calculate
     from dpd.progress import Progress
 
     paper = _paper(options)

@@ -9,10 +9,10 @@ from __future__ import annotations
 import csv
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from dpd import files
-from dpd.errors import UserError, suggestion
+from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start import start_digest, start_is_shared
 
@@ -21,89 +21,11 @@ if TYPE_CHECKING:
 
     from dpd.pipeline.sweep import Sweep
 
-MEASURED = ("closest_contact",)  # of a sweep that is simulated, see `dpd.analysis.derive`
 COLUMNS = ("point", "key", "value", "from")
 
 
-def check_derived(
-    name: str, given: dict[str, Any], axes: dict[str, dict[str, Any]], where: str
-) -> None:
-    """Refuse rules that name what is not there.
-
-    Parameters
-    ----------
-    name : str
-        The sweep whose rules these are.
-    given : dict
-        All sweeps of the paper, as its file has them.
-    axes : dict
-        Of each sweep: its axes with the values of the study.
-    where : str
-        File and key to name in messages.
-
-    Raises
-    ------
-    UserError
-        If a source is no sweep, is derived itself, shares no axis, lacks a value of a shared axis
-        or has another axis of several values; or if the scene has no such key.
-    """
-    for key, rule in given[name].get("derive", {}).items():
-        there, source = f"{where}.{key}", rule["from"]
-        if source not in given:
-            raise UserError(f"{there}.from: no sweep {source!r}; {suggestion(source, given)}")
-        quantity = rule["quantity"]
-        if "theory" not in given[source] and quantity not in MEASURED:
-            raise UserError(
-                f"{there}.quantity: no quantity {quantity!r}; {suggestion(quantity, MEASURED)}"
-            )
-        if given[source].get("derive"):
-            raise UserError(
-                f"{there}.from: {source!r} has derived values itself; name a sweep that has none"
-            )
-        if not _has(given[name]["scene"], key):
-            raise UserError(
-                f"{there}: the sweep's scene has no such key; give it there with a value to plan "
-                "with, or correct the key"
-            )
-        shared = [axis for axis in axes[name] if axis in axes[source]]
-        if not shared:
-            raise UserError(
-                f"{there}.from: {source!r} shares no axis with {name!r}; its axes: "
-                f"{', '.join(axes[source]) or 'none'}"
-            )
-        for axis, described in axes[source].items():
-            there_are = list(described["values"])
-            if axis not in shared and len(there_are) > 1:
-                raise UserError(
-                    f"{there}.from: {source!r} has several values on the axis {axis!r}, which "
-                    f"{name!r} has not; give it one"
-                )
-            for value in axes[name][axis]["values"] if axis in shared else ():
-                if value not in there_are:
-                    raise UserError(
-                        f"{there}.from: {source!r} has no {axis} {value}, which {name!r} needs; "
-                        f"it has {', '.join(map(str, there_are))}; add it there"
-                    )
-
-
-def _has(scene, key):
-    """Whether a scene has a key of dotted parts."""
-    for part in key.split("."):
-        if not isinstance(scene, dict) or part not in scene:
-            return False
-        scene = scene[part]
-    return True
-
-
 def write_derived(rows: Iterable[Mapping[str, str]], path: str | Path) -> None:
-    """Write derived values as a table that a person can read.
-
-    Parameters
-    ----------
-    rows : list of dict
-        With the keys `COLUMNS`.
-    path : path
-    """
+    """Write derived values as a table that a person can read; rows have the keys `COLUMNS`."""
 
     def fill(draft):
         with open(draft, "w", newline="") as file:
@@ -115,13 +37,7 @@ def write_derived(rows: Iterable[Mapping[str, str]], path: str | Path) -> None:
 
 
 def read_derived(path: str | Path) -> dict[str, dict[str, float]]:
-    """Derived values: name of the point to key to value.
-
-    Raises
-    ------
-    UserError
-        If the file is missing or is no such table.
-    """
+    """Derived values: name of the point to key to value."""
     if not Path(path).is_file():
         raise UserError(f"{path}: there is no such file; let snakemake make it, or `dpd derive`")
     values = {}  # type: dict[str, dict[str, float]]
@@ -138,22 +54,9 @@ def read_derived(path: str | Path) -> dict[str, dict[str, float]]:
 
 
 def resolved(sweep: Sweep, path: str | Path | None) -> Sweep:
-    """A sweep with its derived values in place of the stand-ins.
+    """A sweep with its derived values, a table of `write_derived`, in place of the stand-ins.
 
-    Parameters
-    ----------
-    sweep : dpd.pipeline.sweep.Sweep
-    path : path or None
-        From `write_derived`; not looked at where nothing is derived.
-
-    Returns
-    -------
-    dpd.pipeline.sweep.Sweep
-
-    Raises
-    ------
-    UserError
-        If the table or a value is missing, or would change a start that runs share.
+    Raises `UserError` if a value is missing, or would change a start that runs share.
     """
     if not sweep.derived:
         return sweep

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+
+from pydantic import Field, Tag
 
 from dpd.digest import PAPERS_DIR, ROOT, shortened
 from dpd.errors import UserError, shown, suggestion
-from dpd.pipeline.derived import check_derived
-from dpd.pipeline.sections import Config, PaperFile, Study
-from dpd.pipeline.sweep import described_axes, narrowed, unfold
-from dpd.pipeline.theory import check_kind, unfold_theory
+from dpd.page import NAMES, OR_TABLE, Refusals, Section, inside, setting
+from dpd.pipeline.sweep import Sweep, SweepFile, Value, unfold
+from dpd.pipeline.theory import TheorySweep, unfold_theory
 from dpd.scene.yaml import read_yaml
 from dpd.sentences import read_section
 
@@ -22,41 +23,246 @@ CONFIG = ROOT / "config"
 WHERE, ROOT_STUDY = "config/config.yaml", "paper"  # whose values stand where no other is named
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 SEEDED = re.compile(r"(.*)-seed([0-9]+)")  # a study whose noise is not that of its file's name
+KEY = r"^[a-z][a-z0-9_]{0,79}$"
+NAMES[KEY] = "small letters, digits and _, up to 80"
+Key = Annotated[str, Field(pattern=KEY)]
+Measurement = Literal["lammps", "scaling", "schemes", "features", "tension"]
+MEASURED = ("closest_contact",)  # of a sweep that is simulated, see `dpd.analysis.derive`
 
 
-@dataclass(frozen=True)
-class Figure:
+# --- what config/config.yaml and a paper's file may say
+
+
+class Study(Section):
+    """How long and how large the simulations are; see `as_studied`."""
+
+    description: str = setting("One line for the report.")
+    parent: str = setting("The study whose values it has where it has none of its own.", "paper")
+    first: list[Annotated[str, Field(pattern="[.]")]] | None = setting(
+        "Sweeps whose runs begin before those of all others, as paper.sweep, the one of the "
+        "greatest worth in front, so that a study that is stopped has made what matters most. Of "
+        "each of them the shortest run is first. If not given, the longest run of all is first.",
+        None,
+    )
+
+    def conflicts(self) -> Refusals:
+        """Sweeps that are there twice."""
+        first = self.first or []
+        for name in sorted({each for each in first if first.count(each) > 1}):
+            yield "first", f"{name!r} is there more than once; keep one"
+
+
+class Config(Section):
+    """Which study of which papers."""
+
+    study: str = setting("Name of one of the studies.")
+    studies: dict[
+        str,
+        Annotated[Annotated[str, Tag("=one")] | Annotated[Study, Tag("=table")], OR_TABLE],
+    ] = setting("Studies by name; a name alone is that of the parent, as `night: quick`.")
+    seed: int = setting(
+        "That all random numbers of the study follow from. With another than 1 its results are "
+        "results/STUDY-seedN, and STUDY-seedN is its name in all commands.", 1, ge=1, le=10**9,
+    )  # fmt: skip
+    longest_job: int = setting(
+        "Minutes that a job on a cluster may ask for; a run that needs more goes on in its next "
+        "try.", 1440, ge=10,
+    )  # fmt: skip
+    batch: float = setting(
+        "Seconds: runs that are expected to take less share a job, as many as that makes.", 60, ge=0
+    )
+    papers: list[str] = setting("Names of files in config/papers.", min_length=1)
+
+    def conflicts(self) -> Refusals:
+        """Studies without the one whose values the papers' files have first, and theirs."""
+        if "paper" not in self.studies:
+            yield "studies", "the study 'paper' is missing, of which all others are children"
+        for name, study in self.studies.items():
+            if not isinstance(study, str):
+                yield from inside(f"studies.{name}", study.conflicts())
+
+
+class Sampling(Section):
+    """What the paper says of its own sampling."""
+
+    sweeps: list[str] = setting("Names of sweeps that do what the paper did.", min_length=1)
+    at: dict[str, Annotated[list[Value], Field(min_length=1)]] | None = setting(
+        "Labels on axes of these sweeps, if it says so of some points alone.", None
+    )
+    steps: int | None = setting("Steps that the paper sampled.", None, ge=1)
+    dt: float | None = setting("Its time step in tau, if runs of ours have another.", None, gt=0)
+    duration: float | None = setting(
+        "Time in tau that it sampled, if it gives that and no steps.", None, gt=0
+    )
+    runs: int | None = setting("Runs of that many steps, if there were several.", None, ge=1)
+    at_least: bool = setting('Whether the text says "at least".', False)
+    beads: int | None = setting("Number of beads in its system.", None, ge=1)
+    molecules: int | None = setting("Number of molecules in its system.", None, ge=1)
+    where: str = setting("Section, figure or table that says so, or that leaves it unsaid.")
+
+    def conflicts(self) -> Refusals:
+        """Steps and a duration, and what belongs to steps without them."""
+        if self.steps is not None and self.duration is not None:
+            yield "duration", "there are 'steps' as well; keep one"
+        for key in ("runs", "dt"):
+            if getattr(self, key) is not None and self.steps is None:
+                yield key, "the key 'steps' is missing, which it belongs to"
+
+
+class FigureFile(Section):
+    """What a figure is made from."""
+
+    sweeps: list[str] = setting("Names of sweeps.", [])
+    measurements: list[str] = setting("Names of measurements.", [])
+
+
+class PaperFile(Section):
+    """The sweeps of a paper, timings of the engine, and the figures that are made from them."""
+
+    title: str = setting("Title for the report.")
+    reference: str = setting("Where it was published.", "")
+    sweeps: dict[Key, SweepFile] = setting("Named families of runs.")
+    measurements: list[Measurement] = setting(
+        "Timings of the engine that figures need; for the benchmark.", []
+    )
+    sampling: list[Sampling] = setting(
+        "What the paper says of its own sampling. The report compares the sweeps with it. What the "
+        "paper leaves unsaid has a `where` alone; sweeps that are not named have no counterpart in "
+        "the paper.", [],
+    )  # fmt: skip
+    figures: dict[Key, FigureFile] = setting(
+        "What each figure is made from, by the name of its file in paper_figures.", {}
+    )
+
+    def conflicts(self) -> Refusals:
+        """What is wrong with a sweep, and names of what the paper has not, or has twice."""
+        for name, sweep in self.sweeps.items():
+            yield from inside(f"sweeps.{name}", sweep.conflicts())
+            yield from inside(f"sweeps.{name}.derive", self._derived(name))
+        yield from self._seeds()
+        for name in {each for each in self.measurements if self.measurements.count(each) > 1}:
+            yield "measurements", f"{name!r} is there more than once; keep one"
+        for name in self.measurements:
+            if name in self.sweeps:
+                text = (
+                    f"{name!r} is the name of a sweep as well, and a figure could not tell them "
+                    "apart; rename the sweep"
+                )
+                yield "measurements", text
+        for figure, given in self.figures.items():
+            for kind, there in (("sweeps", self.sweeps), ("measurements", self.measurements)):
+                for name in getattr(given, kind):
+                    if name not in there:
+                        said = f"no {kind[:-1]} {name!r}; {suggestion(name, there)}"
+                        yield f"figures.{figure}.{kind}", said
+        for number, sampling in enumerate(self.sampling):
+            yield from inside(f"sampling.{number}", sampling.conflicts())
+            yield from inside(f"sampling.{number}", self._sampled(sampling))
+
+    def _seeds(self):
+        """Two sweeps with the same seeds: their noise would be the same."""
+        users: dict[str, str] = {}
+        for name, sweep in self.sweeps.items():
+            seeds = sweep.seeds or name
+            if seeds in users:
+                text = (
+                    f"{seeds!r} gives it the noise of the sweep {users[seeds]!r}, and what comes "
+                    "of both would not be independent; allowed: the former name of a sweep that "
+                    "was renamed"
+                )
+                yield f"sweeps.{name}.seeds", text
+            users[seeds] = name
+
+    def _sampled(self, said):
+        """What is said of the sampling of a sweep that the paper has not, or has no runs."""
+        for name in said.sweeps:
+            if name not in self.sweeps:
+                yield "sweeps", f"no sweep {name!r}; {suggestion(name, self.sweeps)}"
+                continue
+            if self.sweeps[name].theory is not None:
+                yield "sweeps", f"{name!r} is calculated and has no runs"
+            axes = self.sweeps[name].axes or {}
+            for axis in said.at or {}:
+                if axis not in axes:
+                    yield "at", f"sweep {name} has no axis {axis!r}; {suggestion(axis, axes)}"
+
+    def _derived(self, name):
+        """Sources that are no sweep, are derived themselves, or have not the values it needs."""
+        own, scene = self.sweeps[name].axes or {}, self.sweeps[name].scene
+        for key, rule in (self.sweeps[name].derive or {}).items():
+            source = self.sweeps.get(rule.from_)
+            if source is None:
+                said = f"no sweep {rule.from_!r}; {suggestion(rule.from_, self.sweeps)}"
+                yield f"{key}.from", said
+                continue
+            if source.theory is None and rule.quantity not in MEASURED:
+                said = f"no quantity {rule.quantity!r}; {suggestion(rule.quantity, MEASURED)}"
+                yield f"{key}.quantity", said
+            if source.derive:
+                yield (
+                    f"{key}.from",
+                    (f"{rule.from_!r} has derived values itself; name a sweep that has none"),
+                )
+            if not _has(scene, key):
+                text = (
+                    "the sweep's scene has no such key; give it there with a value to plan with, "
+                    "or correct the key"
+                )
+                yield key, text
+            axes = source.axes or {}
+            if not own.keys() & axes.keys():
+                text = (
+                    f"{rule.from_!r} shares no axis with {name!r}; its axes: "
+                    f"{', '.join(axes) or 'none'}"
+                )
+                yield f"{key}.from", text
+            for axis, described in axes.items():
+                if axis not in own and len(described.taken) > 1:
+                    text = (
+                        f"{rule.from_!r} has several values on the axis {axis!r}, which {name!r} "
+                        "has not; give it one"
+                    )
+                    yield f"{key}.from", text
+                for value in own[axis].taken if axis in own else ():
+                    if value not in described.taken:
+                        text = (
+                            f"{rule.from_!r} has no {axis} {value}, which {name!r} needs; it has "
+                            f"{', '.join(map(str, described.taken))}; add it there"
+                        )
+                        yield f"{key}.from", text
+
+
+def _has(scene, key):
+    """Whether a scene has a key of dotted parts."""
+    for part in key.split("."):
+        if not isinstance(scene, dict) or part not in scene:
+            return False
+        scene = scene[part]
+    return True
+
+
+# --- what they mean
+
+
+class Figure(NamedTuple):
     """What feeds a figure: names of sweeps, and of measurements."""
 
-    sweeps: tuple
-    measurements: tuple
+    sweeps: tuple[str, ...]
+    measurements: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper under a study.
-
-    Attributes
-    ----------
-    name, title, reference : str
-    sweeps : dict of str to Sweep
-        Those that are simulated, by name.
-    measurements : tuple of str
-    figures : dict of str to Figure
-    sampling : tuple of dict
-        What the paper says of its own, see `dpd.pipeline.sections.Sampling`.
-    theory : dict of str to TheorySweep
-        Sweeps that are calculated, by name; no other has the same.
-    """
+    """A paper under a study."""
 
     name: str
     title: str
     reference: str
-    sweeps: dict
-    measurements: tuple
-    figures: dict
-    sampling: tuple = ()
-    theory: dict = field(default_factory=dict)
+    sweeps: dict[str, Sweep]  # those that are simulated
+    measurements: tuple[str, ...]
+    figures: dict[str, Figure]
+    sampling: tuple[dict[str, Any], ...] = ()  # what is given of each `Sampling`
+    theory: dict[str, TheorySweep] = field(default_factory=dict)  # those that are calculated
 
 
 def studies() -> dict[str, Study]:
@@ -152,7 +358,7 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     -------
     dict
         ``study``: a name, which says the seed if that is not 1, ``papers``: names, and the others
-        of `dpd.pipeline.sections.Config`.
+        of `Config`.
     """
     check_repository()
     config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
@@ -210,69 +416,38 @@ def read_study(name: str) -> Study:
 def read_paper(
     name: str, study: str, only: Collection[str] | None = None, points: Collection[str] = ()
 ) -> Paper:
-    """A paper's sweeps and figures under a study.
+    """A paper's sweeps and figures under a study; of them ``only`` some sweeps, if not None.
 
-    Parameters
-    ----------
-    name, study : str
-    only : collection of str or None
-        Unfold these sweeps alone.
-    points : collection of str
-        Unfold no more of each of them than has these points, with their replicas.
-
-    Returns
-    -------
-    Paper
-
-    Raises
-    ------
-    UserError
-        If anything in the files is not allowed, or they do not fit together.
+    Where ``points`` are named, no more than these are unfolded, in a sweep that has them. Raises
+    `UserError` if anything in the files is not allowed, or they do not fit together.
     """
     path = _known("papers", name)
-    where = shortened(path)
+    where, names = shortened(path), lineage(study)
     first, seed = read_study(study).first or (), file_and_seed("study", study)[1]
-    names, given = lineage(study), read_yaml(path)
-    paper = as_studied(given, names, studies(), f"{where}: ")
-    read_section(PaperFile, paper, where)
-    _check_first(first, name, paper["sweeps"], f"{WHERE}: studies.{names[0]}")
-    for sweep, given in paper["sweeps"].items():
-        check_kind(given, f"{where}: sweeps.{sweep}")
-    _check_seeds(paper["sweeps"], f"{where}: sweeps")
-    measurements = tuple(paper.get("measurements", ()))
-    for measurement in measurements:
-        if measurement in paper["sweeps"]:
-            raise UserError(
-                f"{where}: measurements: {measurement!r} is the name of a sweep as well, and a "
-                "figure could not tell them apart; rename the sweep"
-            )
-    figures = {
-        figure: _feeds(given, paper["sweeps"], measurements, f"{where}: figures.{figure}")
-        for figure, given in paper.get("figures", {}).items()
-    }
+    given = as_studied(read_yaml(path), names, studies(), f"{where}: ")
+    paper = read_section(PaperFile, given, where)
+    _check_first(first, name, paper.sweeps, f"{WHERE}: studies.{names[0]}")
     for sweep in only or ():
-        if sweep not in paper["sweeps"]:
-            raise UserError(f"{where}: no sweep {sweep!r}; {suggestion(sweep, paper['sweeps'])}")
-    axes = {
-        sweep: described_axes(given, f"{where}: sweeps.{sweep}.axes")
-        for sweep, given in paper["sweeps"].items()
-    }
-    for sweep in paper["sweeps"]:
-        check_derived(sweep, paper["sweeps"], axes, f"{where}: sweeps.{sweep}.derive")
+        if sweep not in paper.sweeps:
+            raise UserError(f"{where}: no sweep {sweep!r}; {suggestion(sweep, paper.sweeps)}")
     sweeps, theory = {}, {}
-    for sweep, given in paper["sweeps"].items():
+    for sweep, given in paper.sweeps.items():
         key = f"{where}: sweeps.{sweep}"
         if only is not None and sweep not in only:
             continue
-        described = narrowed(axes[sweep], points) if points else axes[sweep]
-        if "theory" in given:
-            theory[sweep] = unfold_theory(name, sweep, given, key, described, seed)
+        if given.theory is not None:
+            theory[sweep] = unfold_theory(name, sweep, given, key, seed)
         else:
-            sweeps[sweep] = unfold(name, sweep, given, key, described, path.parent, seed)
-    sampling = tuple(paper.get("sampling", ()))
-    _check_sampling(sampling, paper["sweeps"], f"{where}: sampling")
-    reference = paper.get("reference", "")
-    return Paper(name, paper["title"], reference, sweeps, measurements, figures, sampling, theory)
+            sweeps[sweep] = unfold(name, sweep, given, key, path.parent, seed, points)
+    figures = {
+        figure: Figure(tuple(given.sweeps), tuple(given.measurements))
+        for figure, given in paper.figures.items()
+    }
+    sampling = tuple(said.model_dump(exclude_unset=True) for said in paper.sampling)
+    return Paper(
+        name, paper.title, paper.reference, sweeps, tuple(paper.measurements), figures, sampling,
+        theory,
+    )  # fmt: skip
 
 
 def _check_first(first, name, sweeps, where):
@@ -284,52 +459,8 @@ def _check_first(first, name, sweeps, where):
                 f"{where}.first.{number}: {name} has no sweep {sweep!r}; "
                 f"{suggestion(sweep, sweeps)}"
             )
-        if paper == name and "theory" in sweeps[sweep]:
+        if paper == name and sweeps[sweep].theory is not None:
             raise UserError(f"{where}.first.{number}: {sweep!r} is calculated and has no runs")
-
-
-def _check_seeds(sweeps, key):
-    """Refuse two sweeps with the same seeds: their noise would be the same."""
-    users = {}
-    for sweep, given in sweeps.items():
-        seeds = given.get("seeds", sweep)
-        if seeds in users:
-            raise UserError(
-                f"{key}.{sweep}.seeds: {seeds!r} gives it the noise of the sweep {users[seeds]!r}, "
-                "and what comes of both would not be independent; allowed: the former name of a "
-                "sweep that was renamed"
-            )
-        users[seeds] = sweep
-
-
-def _check_sampling(sampling, sweeps, key):
-    """Refuse what is said of a sweep that the paper has not."""
-    for number, said in enumerate(sampling):
-        for sweep in said["sweeps"]:
-            if sweep not in sweeps:
-                raise UserError(
-                    f"{key}.{number}.sweeps: no sweep {sweep!r}; {suggestion(sweep, sweeps)}"
-                )
-            if "theory" in sweeps[sweep]:
-                raise UserError(f"{key}.{number}.sweeps: {sweep!r} is calculated and has no runs")
-            axes = sweeps[sweep].get("axes", {})
-            for axis in said.get("at", {}):
-                if axis not in axes:
-                    raise UserError(
-                        f"{key}.{number}.at: sweep {sweep} has no axis {axis!r}; "
-                        f"{suggestion(axis, axes)}"
-                    )
-
-
-def _feeds(given, sweeps, measurements, key):
-    """A `Figure`, refused if it names what the paper has not."""
-    named = {}
-    for kind, there in (("sweeps", sweeps), ("measurements", measurements)):
-        named[kind] = tuple(given.get(kind, ()))
-        for name in named[kind]:
-            if name not in there:
-                raise UserError(f"{key}.{kind}: no {kind[:-1]} {name!r}; {suggestion(name, there)}")
-    return Figure(**named)
 
 
 def check_paper_name(name: str) -> None:

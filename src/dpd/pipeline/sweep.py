@@ -1,17 +1,261 @@
-"""A sweep: from a scene and axes to points, one a run."""
+"""A sweep: what its file says, and from a scene and axes to points, one a run."""
 
-from collections.abc import Collection, Iterator, Sequence
+from __future__ import annotations
+
+import re
 from dataclasses import astuple, dataclass
 from itertools import product
-from pathlib import Path
-from typing import Any
+from math import prod
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 from zlib import crc32
 
+from pydantic import Field, Tag
+
 from dpd.digest import value_digest
-from dpd.errors import UserError, suggestion
-from dpd.pipeline.points import check_axes, check_blocks, fixed, text_of
+from dpd.errors import UserError, shown, suggestion
+from dpd.page import NAMES, OR_TABLE, OneOrMore, Refusals, Section, inside, setting
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import changed, merge
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+    from pathlib import Path
+
+LONGEST = 1e12  # steps or tau of a run, before a study's factor
+MOST_POINTS = 5000  # of a sweep; Snakemake is slow from some thousand jobs on
+# What a collected sweep keeps beside the observables (see dpd.analysis.collect).
+TAKEN = {
+    "axis", "beads", "block", "kind", "kT", "number_density", "replica", "sample", "scene",
+    "seconds", "seed", "steps", "time", "warning",
+}  # fmt: skip
+LONGEST_NAME = 200  # letters of a point; a file system has names of up to 255
+LABEL = re.compile(r"[A-Za-z0-9_.+-]+")
+SIMULATED_ALONE = ("scene", "replicas", "series", "seeds", "derive", "sampling")
+SERIES = Literal[
+    "kT", "pressure", "excess_conservative", "excess_all", "pressure_tensor",
+    "pressure_tensor_all", "pair_energy", "bond_energy", "total_energy", "volume",
+]  # fmt: skip
+AXIS = r"^[a-z_]+$"
+NAMES[AXIS] = "small letters and _"
+Value = int | float | str  # of an axis; whole numbers stay whole
+Labelled = dict[Value, dict[Any, Any]]
+Key = Annotated[str, Field(pattern=r"^[^.]+(\.[^.]+)*$")]
+
+
+# --- what the file of a paper says
+
+
+class Derive(Section):
+    """A value of the scene that another sweep measures."""
+
+    from_: str = Field(alias="from", description="Name of the sweep that measures it.")
+    quantity: str = setting(
+        "closest_contact: 2 r_0 of Liu et al. 2008, the lower edge of the first bin of g(r) that "
+        "is not empty in one configuration, median over configurations. Of a sweep of theory: a "
+        "number that it calculates, by its name in the sweep file."
+    )
+
+
+class SweptAxis(Section):
+    """A swept parameter."""
+
+    set: OneOrMore[Key] | None = setting(
+        "Key or keys of the scene, or of the theory, that take the value, joined with dots; "
+        "numbers count list items from 0.", None,
+    )  # fmt: skip
+    values: Annotated[
+        Annotated[list[Value], Tag("=one")] | Annotated[Labelled, Tag("=table")], OR_TABLE
+    ] = setting(
+        "Numbers or names to put there; or a map from a label to the parts of the scene, or of the "
+        "theory, that it changes."
+    )
+    labels: list[Value] | None = setting(
+        "The labels of such a map that are taken; all if not given.", None, min_length=1
+    )
+    offset: float = setting(
+        "Added to each value before it is set, so a label can be an excess.", 0.0
+    )
+    text: str | None = setting(
+        'Text that the value is put into before it is set, as "A {}" for a chain length.', None,
+        pattern=r"^[^{}]*\{\}[^{}]*$",
+    )  # fmt: skip
+    units: str = setting("Units of the axis.", "1")
+    long_name: str | None = setting("Name for plots.", None)
+
+    @property
+    def taken(self) -> list[Value]:
+        """Its labels."""
+        return self.labels or list(self.values)
+
+    @property
+    def keys(self) -> list[str]:
+        """What takes the value; nothing where labels change parts of the scene."""
+        return [self.set] if isinstance(self.set, str) else self.set or []
+
+    def conflicts(self) -> Refusals:
+        """Labels that are none, that cannot name a folder, or cannot be told apart."""
+        if self.labels is not None and isinstance(self.values, list):
+            yield "labels", "its values are a list; name those alone in it"
+            return
+        for label in self.labels or ():
+            if label not in self.values:
+                yield "labels", f"no label {label!r}; {suggestion(label, self.values)}"
+        names: dict[str, Value] = {}
+        for label in self.taken:
+            text = text_of(label)
+            if isinstance(label, bool) or not LABEL.fullmatch(text):
+                text = (
+                    f"{shown(label)} cannot be part of a point's name; allowed: numbers, and text "
+                    "of letters, digits and _ . + -"
+                )
+                yield "values", text
+            elif text in names:
+                text = (
+                    f"{names[text]!r} and {label!r} are both named {text!r}; need values whose "
+                    "first six digits differ, none twice"
+                )
+                yield "values", text
+            names[text] = label
+            if self.offset and isinstance(label, str):
+                yield "", f"{label!r} is text; an offset can be added to numbers only"
+        if not names:
+            yield "values", "need at least one value"
+        if isinstance(self.values, list) and self.set is None:
+            yield "", "a list of values needs 'set', the key to put them in"
+
+    def targets(self) -> frozenset[tuple[str, ...]]:
+        """Keys that it sets, each as a tuple of its parts."""
+        if isinstance(self.values, dict):
+            taken = (self.values[label] for label in self.taken if label in self.values)
+            return frozenset(leaf for change in taken if change for leaf in _leaves(change, ()))
+        return frozenset(tuple(key.split(".")) for key in self.keys)
+
+    def change(self, label: Value, key: str) -> dict[str, Any]:
+        """The part of a scene that a label changes, as nested dicts."""
+        if isinstance(self.values, dict):
+            return self.values[label]
+        value = label if isinstance(label, str) or not self.offset else label + _whole(self.offset)
+        value = value if self.text is None else self.text.format(value)
+        return changed({}, dict.fromkeys(self.keys, value), key)
+
+
+class SweepFile(Section):
+    """A family of runs, or of calculations."""
+
+    scene: dict[Any, Any] | None = setting(
+        "A scene, see below; the axes fill in what is swept. A sweep has this or `theory`.", None
+    )
+    theory: dict[Any, Any] | None = setting(
+        "What is calculated where nothing is simulated: one calculation of the paper's own, which "
+        "is a class in paper_figures/PAPER/calculations.py, with its arguments. Such a sweep has "
+        "`axes` alone beside it. All points come together in sweeps/NAME.nc, as those of runs do; "
+        "a point is calculated anew only if its arguments or the sources change.", None,
+    )  # fmt: skip
+    replicas: int = setting(
+        "Number of runs of each point, each with a seed of its own.", 1, ge=1, le=1000
+    )
+    sampling: Annotated[float, Field(gt=0, le=1e6)] = setting(
+        "Factor on the steps and durations of every run.", 1.0
+    )
+    series: list[SERIES] = setting(
+        "Time series that the sweep file keeps whole, each NAME as NAME_series, if all runs share "
+        "one time axis.", ["kT"],
+    )  # fmt: skip
+    seeds: str | None = setting(
+        "Name from which the seeds follow, if it is not that of the sweep. After renaming a sweep, "
+        "put its former name here, and its runs stay valid.", None,
+    )  # fmt: skip
+    derive: dict[Key, Derive] | None = setting(
+        "Values of the scene that another sweep of the paper measures first, by the key that takes "
+        "them. A point takes the result of the point of the other sweep that has the same values "
+        "on the axes that both sweeps have. Until it is measured, the value in the scene serves "
+        "for planning.", None,
+    )  # fmt: skip
+    axes: dict[Annotated[str, Field(pattern=AXIS)], SweptAxis] | None = setting(
+        "Swept parameters; the points are all combinations.", None
+    )
+
+    def conflicts(self) -> Refusals:
+        """A scene and a theory, or none; axes whose points are too many, or undo each other."""
+        if (self.scene is None) == (self.theory is None):
+            yield "", "need either 'scene' or 'theory', and not both"
+            return
+        calculated = self.theory is not None
+        for name in SIMULATED_ALONE if calculated else ():
+            if name in self.model_fields_set:
+                yield name, "the sweep is calculated and has no runs; take this key out"
+        axes = self.axes or {}
+        for name, axis in axes.items():
+            if name in TAKEN:
+                text = (
+                    "a collected sweep has this name already; choose another one (taken: "
+                    f"{', '.join(sorted(TAKEN))})"
+                )
+                yield f"axes.{name}", text
+            yield from inside(f"axes.{name}", axis.conflicts())
+        sizes = [len(axis.taken) for axis in axes.values()]
+        if (points := self.replicas * prod(sizes)) > MOST_POINTS:
+            text = (
+                f"{' x '.join(map(str, sizes)) or 1} values and {self.replicas} replicas make "
+                f"{points} points; allowed: <= {MOST_POINTS}"
+            )
+            yield "", text
+        longest = (
+            f"{name}={max(map(text_of, axis.taken), key=len, default='')}"
+            for name, axis in axes.items()
+        )
+        name = ",".join([*longest, f"replica={self.replicas - 1}"])
+        if len(name) > LONGEST_NAME:
+            text = (
+                f"a point would be named {shown(name, str)}, with {len(name)} letters; allowed: "
+                f"<= {LONGEST_NAME}; give axes and labels shorter names"
+            )
+            yield "axes", text
+        yield from self._undone(axes)
+
+    def _undone(self, axes):
+        """An axis that later ones undo: what its label says would not be so.
+
+        A map of labels may set defaults, some of which a later axis changes.
+        """
+        targets = {name: axis.targets() for name, axis in axes.items()}
+        for place, name in enumerate(targets):
+            for other in list(targets)[place + 1 :]:
+                undone = {a for a in targets[name] if any(_overlap(a, b) for b in targets[other])}
+                default = isinstance(axes[name].values, dict) and undone < targets[name]
+                if undone and not default:
+                    text = (
+                        f"sets {'.'.join(min(undone))}, as the axis {name!r} does, and would undo "
+                        "it; let each key have one axis"
+                    )
+                    yield f"axes.{other}", text
+
+
+def _leaves(change, inside):
+    """Keys of nested dicts that hold something else."""
+    if isinstance(change, dict) and change:
+        for key, value in change.items():
+            yield from _leaves(value, (*inside, str(key)))
+    else:
+        yield inside
+
+
+def _overlap(one, other):
+    """Whether one of two keys is the other, or lies inside of it."""
+    shorter = min(len(one), len(other))
+    return one[:shorter] == other[:shorter]
+
+
+def _whole(number):
+    return int(number) if float(number).is_integer() else number
+
+
+def text_of(label: float | str) -> str:
+    """A label as it stands in the name of a point."""
+    return f"{label:g}" if isinstance(label, float) else str(label)
+
+
+# --- its points
 
 
 @dataclass(frozen=True)
@@ -63,13 +307,7 @@ class Sweep:
         return value_digest([point.scene.digest, *map(astuple, self.derived)])
 
     def point(self, name: str) -> Point:
-        """A point by name.
-
-        Raises
-        ------
-        UserError
-            If the sweep has no such point.
-        """
+        """A point by name; `UserError` if the sweep has no such point."""
         for point in self.points:
             if point.name == name:
                 return point
@@ -77,109 +315,77 @@ class Sweep:
         raise UserError(f"sweep {self.name}: no point {name!r}; {suggestion(name, names)}")
 
 
-def described_axes(given: dict[str, Any], key: str) -> dict[str, dict[str, Any]]:
-    """The axes of a sweep, each with those of its labels that are taken."""
-    described = {}
-    for axis, rule in given.get("axes", {}).items():
-        values = rule["values"]
-        if "labels" in rule and not isinstance(values, dict):
-            raise UserError(f"{key}.{axis}.labels: its values are a list; name those alone in it")
-        for label in rule.get("labels", ()):
-            if label not in values:
-                there = f"{key}.{axis}.labels"
-                raise UserError(f"{there}: no label {label!r}; {suggestion(label, values)}")
-        if "labels" in rule:
-            values = {label: values[label] for label in rule["labels"]}
-        described[axis] = rule | {"values": values}
-    return described
-
-
-def narrowed(
-    described: dict[str, dict[str, Any]], points: Collection[str]
-) -> dict[str, dict[str, Any]]:
-    """The axes with the labels of named points alone; with all if there is no such point."""
-    named = {tuple(part.partition("=")[::2]) for point in points for part in point.split(",")}
-    narrow = {}
-    for axis, rule in described.items():
-        own = [value for value in rule["values"] if (axis, text_of(value)) in named]
-        if not own:
-            return described
-        values = rule["values"]
-        kept = {label: values[label] for label in own} if isinstance(values, dict) else own
-        narrow[axis] = rule | {"values": kept}
-    return narrow
-
-
 def unfold(
-    paper: str, name: str, given: dict[str, Any], key: str, described: dict[str, dict[str, Any]],
-    folder: str | Path = "", seed: int = 1,
+    paper: str, name: str, given: SweepFile, key: str, folder: str | Path = "", seed: int = 1,
+    only: Collection[str] = (),
 ) -> Sweep:  # fmt: skip
-    """All points of a sweep; paths of files to start from count from a folder."""
-    given = dict[str, Any]({"replicas": 1, "series": ["kT"], "sampling": 1}) | given
-    check_axes(described, given["replicas"], key)
-    replicas = Axis("replica", tuple(range(given["replicas"])), "1", "replica")
-    axes = [*axes_of(described, key), replicas]
-    seeds = f"{paper}/{given.get('seeds', name)}" + (f"/seed {seed}" if seed != 1 else "")
-    points = []
-    for at, labels, where in places(axes, key):
-        scene = placed(given["scene"], described, labels, key, where)
-        check_blocks(scene, where)
-        scene = _sampled(scene, given["sampling"])
-        scene = _with_seeds(scene, seeds, at, labels[-1])
-        points.append(Point(at, labels, fixed(Scene(scene, where, folder))))
-    derived = tuple(
-        Derived(target, rule["from"], rule["quantity"])
-        for target, rule in given.get("derive", {}).items()
-    )
-    return Sweep(name, tuple(axes), tuple(points), tuple(given["series"]), derived)
+    """All points of a sweep, or some ``only``, if it has those.
 
-
-def axes_of(described: dict[str, dict[str, Any]], key: str) -> list[Axis]:
-    """The axes that a sweep describes."""
-    return [_axis(name, rule, key) for name, rule in described.items()]
-
-
-def places(axes: Sequence[Axis], key: str) -> Iterator[tuple[str, tuple, str]]:
-    """Name and labels of each point on some axes, and what to call it in messages.
-
-    Parameters
-    ----------
-    axes : list of Axis
-    key : str
-        File and key of the sweep.
+    ``key``: file and key of the sweep, for messages; ``folder``: from which paths of files to start
+    from count; ``seed``: of the study.
     """
-    for labels in product(*(axis.labels for axis in axes)):
-        at = ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels))
-        yield at, labels, f"{key} ({at})" if at else key
+    replicas = Axis("replica", tuple(range(given.replicas)), "1", "replica")
+    axes = [*axes_of(given), replicas]
+    seeds = f"{paper}/{given.seeds or name}" + (f"/seed {seed}" if seed != 1 else "")
+    points = []
+    for at, labels, where in places(axes, key, only):
+        scene = placed(given.scene, given, labels, key, where)
+        _check_blocks(scene, where)
+        scene = _sampled(scene, _whole(given.sampling))
+        # Noise of its own for each point, one start for the points of a replica. The seeds follow
+        # from names alone, so a point keeps its own when others are added.
+        own, start = (crc32(f"{seeds}/{of}".encode()) for of in (at, labels[-1]))
+        first = scene.get("seed", 1)
+        drawn = {"seed": (first + own) % 2**31, "start": {"seed": (first + start) % 2**31}}
+        points.append(Point(at, labels, fixed(Scene(merge(scene, drawn), where, folder))))
+    derived = (
+        Derived(target, rule.from_, rule.quantity) for target, rule in (given.derive or {}).items()
+    )
+    return Sweep(name, tuple(axes), tuple(points), tuple(given.series), tuple(derived))
 
 
-def placed(
-    base: dict[str, Any], described: dict[str, dict[str, Any]], labels: tuple, key: str, where: str
-) -> dict[str, Any]:
+def axes_of(given: SweepFile) -> list[Axis]:
+    """The axes that a sweep describes."""
+    return [
+        Axis(name, tuple(axis.taken), axis.units, axis.long_name or name.replace("_", " "))
+        for name, axis in (given.axes or {}).items()
+    ]
+
+
+def places(
+    axes: list[Axis], key: str, only: Collection[str] = ()
+) -> Iterator[tuple[str, tuple, str]]:
+    """Name and labels of each point on some axes, or of some, and what to call it in messages."""
+    found = {
+        ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels)): labels
+        for labels in product(*(axis.labels for axis in axes))
+    }
+    for at in only if only and found.keys() >= set(only) else found:
+        yield at, found[at], f"{key} ({at})" if at else key
+
+
+def placed(base: Any, given: SweepFile, labels: tuple, key: str, where: str) -> dict[str, Any]:
     """The scene or theory of a point: the sweep's own, with what the labels of its axes change."""
-    for (axis, rule), label in zip(described.items(), labels):
-        base = merge(base, _changes(rule, label, f"{key}.axes.{axis}"), where)
+    for (name, axis), label in zip((given.axes or {}).items(), labels):
+        base = merge(base, axis.change(label, f"{key}.axes.{name}"), where)
     return base
 
 
-def _axis(name, rule, key):
-    values = rule["values"]
-    if isinstance(values, list) and "set" not in rule:
-        raise UserError(f"{key}.axes.{name}: a list of values needs 'set', the key to put them in")
-    units, long_name = rule.get("units", "1"), rule.get("long_name", name.replace("_", " "))
-    return Axis(name, tuple(values), units, long_name)
-
-
-def _changes(rule, label, key):
-    """The part of a scene that a label changes, as nested dicts."""
-    if isinstance(rule["values"], dict):
-        return rule["values"][label]
-    if rule.get("offset") and isinstance(label, str):
-        raise UserError(f"{key}: {label!r} is text; an offset can be added to numbers only")
-    value = label + rule["offset"] if rule.get("offset") else label
-    value = rule["text"].format(value) if "text" in rule else value
-    targets = [rule["set"]] if isinstance(rule["set"], str) else rule["set"]
-    return changed({}, dict.fromkeys(targets, value), key)
+def _check_blocks(scene, where):
+    """Refuse what is no mapping where one is read or completed before the scene is checked."""
+    for key in ("steps", "duration", "start"):
+        block = scene.get(key, {})
+        if not isinstance(block, dict):
+            raise UserError(f"{where}: {key}: {shown(block)} is not keys and values")
+        for part, value in block.items() if key != "start" else ():
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            if not number or not 0 <= value <= LONGEST:
+                raise UserError(
+                    f"{where}: {key}.{part}: {shown(value)} is out of range; allowed: 0 to "
+                    f"{LONGEST:.0e}"
+                )
+    if isinstance(scene.get("seed", 1), bool) or not isinstance(scene.get("seed", 1), int):
+        raise UserError(f"{where}: seed: {shown(scene['seed'])} is not a whole number")
 
 
 def _sampled(scene, factor):
@@ -196,12 +402,11 @@ def _sampled(scene, factor):
     return longer
 
 
-def _with_seeds(scene, sweep, at, replica):
-    """Noise seeds of their own for all points; one start for the points of a replica.
-
-    The seeds follow from the names alone, so a point keeps its own when others are added.
-    """
-    seed = scene.get("seed", 1)
-    own = (seed + crc32(f"{sweep}/{at}".encode())) % 2**31
-    start = (seed + crc32(f"{sweep}/{replica}".encode())) % 2**31
-    return merge(scene, {"seed": own, "start": {"seed": start}})
+def fixed(scene: Scene) -> Scene:
+    """The scene, if it names its scheme: the points of a sweep must be comparable."""
+    if scene.is_auto:
+        raise UserError(
+            f"{scene.where}: integrator.scheme: 'auto' is for scenes of your own (python -m dpd "
+            "run), which says what it takes; in a sweep name scheme and dt"
+        )
+    return scene

@@ -7,21 +7,30 @@ so that only points whose arguments changed are calculated again.
 from __future__ import annotations
 
 import sys
+import time
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from dpd.digest import ROOT, shortened, value_digest
 from dpd.errors import UserError, suggestion
-from dpd.own import blame
-from dpd.page import Calculation
-from dpd.pipeline.points import check_axes
-from dpd.pipeline.sweep import Axis, axes_of, placed, places
+from dpd.own import blame, explained
+from dpd.page import Calculation, Quantity
+from dpd.pipeline.sweep import Axis, SweepFile, axes_of, placed, places
 from dpd.sentences import read_section
-from dpd.stages import calculations_file
+from dpd.stages import calculation_sources, calculations_file
 
-SIMULATED_ALONE = ("scene", "replicas", "series", "seeds", "derive", "sampling")
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
+DIGEST = "point_digest"
 
 
 @dataclass(frozen=True)
@@ -61,38 +70,9 @@ class TheorySweep:
         return value_digest([self.calculation, axes, points])
 
 
-def check_kind(given: dict[str, Any], key: str) -> None:
-    """Refuse a sweep that has both a scene and a theory, or none, or what belongs to the other.
-
-    Parameters
-    ----------
-    given : dict
-        The sweep as the paper has it.
-    key : str
-        File and key to name in messages.
-
-    Raises
-    ------
-    UserError
-    """
-    if ("scene" in given) == ("theory" in given):
-        raise UserError(f"{key}: need either 'scene' or 'theory', and not both")
-    strange = SIMULATED_ALONE if "theory" in given else ("theory",)
-    kind = "is calculated and has no runs" if "theory" in given else "is simulated"
-    for name in strange:
-        if name in given:
-            raise UserError(f"{key}.{name}: the sweep {kind}; take this key out")
-
-
 @cache
 def calculations_of(paper: str) -> dict[str, type[Calculation]]:
-    """What a paper's own file calculates, by the keys of its classes.
-
-    Raises
-    ------
-    UserError
-        If there is no such file, or it cannot be imported.
-    """
+    """What a paper's own file calculates, by the keys of its classes."""
     path = calculations_file(paper)
     short = shortened(path)
     if not path.is_file():
@@ -112,34 +92,12 @@ def calculations_of(paper: str) -> dict[str, type[Calculation]]:
     return {each.key: each for each in found if issubclass(each, Calculation) and each.key}
 
 
-def unfold_theory(
-    paper: str, name: str, given: dict[str, Any], key: str, described: dict[str, dict[str, Any]],
-    seed: int = 1,
-) -> TheorySweep:  # fmt: skip
-    """All points of a sweep of theory.
-
-    Parameters
-    ----------
-    paper, name : str
-    given, key
-        As in `check_kind`.
-    described : dict
-        Its axes.
-    seed : int
-        Of the study, for what is sampled.
-
-    Raises
-    ------
-    UserError
-        If a calculation or an argument is not allowed.
-    """
-    base, known = given["theory"], calculations_of(paper)
-    _key_of(base, known, key)
-    check_axes(described, 1, key)
-    axes = axes_of(described, key)
-    points = []
+def unfold_theory(paper: str, name: str, given: SweepFile, key: str, seed: int = 1) -> TheorySweep:
+    """All points of a sweep of theory; ``seed``: of the study, for what is sampled."""
+    known, axes, points = calculations_of(paper), axes_of(given), []
+    _key_of(given.theory, known, key)
     for at, labels, where in places(axes, key):
-        theory = placed(base, described, labels, key, where)
+        theory = placed(given.theory, given, labels, key, where)
         found = _key_of(theory, known, key)
         calculation = read_section(known[found], theory[found], where, found)
         if seed != 1 and getattr(calculation, "seed", seed) is None:
@@ -157,3 +115,103 @@ def _key_of(theory, known, key):
     if len(theory) != 1:
         raise UserError(f"{key}.theory: need one calculation; allowed: {', '.join(known)}")
     return next(iter(theory))
+
+
+def calculate(
+    sweep: TheorySweep, path: str | Path, progress: Callable[[int], None] | None = None
+) -> xr.Dataset:
+    """Calculate a sweep: dimensions are its axes, and those of arrays that are calculated.
+
+    Points that a former file at ``path`` has are taken from there if the sources as they are have
+    made it. ``progress`` is called with the number of points done. A point without a solution is
+    refused with its name and why.
+    """
+    import xarray as xr
+
+    begun = time.perf_counter()
+    former, found = _former(sweep, path), []
+    for done, point in enumerate(sweep.points):
+        found.append(former.get(point.digest) or _calculated(point))
+        if progress is not None:
+            progress(done + 1)
+    names = [axis.name for axis in sweep.axes]
+    shape = [len(axis.labels) for axis in sweep.axes]
+    data = xr.Dataset()
+    for axis in sweep.axes:
+        about = {"units": axis.units, "long_name": axis.long_name}
+        data[axis.name] = (axis.name, list(axis.labels), about)
+    for name, first in found[0].items():
+        about = {"units": first.units, "long_name": first.long_name}
+        if first.dims == (name,):
+            data[name] = (name, first.value, about)
+            continue
+        values = np.array([point[name].value for point in found])
+        data[name] = ((*names, *first.dims), values.reshape((*shape, *values.shape[1:])), about)
+    digests = np.reshape([point.digest for point in sweep.points], shape)
+    data[DIGEST] = (names, digests, {"units": "1", "long_name": "digest of the arguments"})
+    made = sum(point.digest not in former for point in sweep.points)
+    data.attrs = {
+        "sweep": sweep.name,
+        "calculation": sweep.calculation,
+        "description": _description(sweep),
+        "sources": calculation_sources(sweep.paper),
+        "points": sweep.digest,
+        "points_calculated": made,
+        "seconds": time.perf_counter() - begun,
+    }
+    return data
+
+
+def _calculated(point: TheoryPoint) -> dict[str, Quantity]:
+    """What a calculation finds at one point, refused if it has no solution or is broken."""
+    calculation = point.calculation
+    try:
+        found = calculation.calculate()
+        return {name: Quantity(*value) for name, value in found.items()}
+    except ValueError as problem:
+        raise UserError(f"{point.where}: {calculation.key}: {problem}") from None
+    except Exception as problem:  # whatever a paper's own file may raise
+        said = explained(problem, type(calculation))
+        raise UserError(f"{point.where}: {calculation.key}: calculations.py: {said}") from None
+
+
+def _former(sweep, path):
+    """Points of a file that the same calculation and sources have made, by digest."""
+    from dpd.analysis.collect import load
+
+    if not Path(path).is_file():
+        return {}
+    with suppress(UserError, KeyError):  # a damaged file is made anew
+        data = load(path)
+        made_by = data.attrs["calculation"], data.attrs["sources"]
+        if made_by == (sweep.calculation, calculation_sources(sweep.paper)):
+            axes = data[DIGEST].dims
+            flat = data.stack(point=axes) if axes else data.expand_dims("point")
+            return {
+                str(flat[DIGEST].values[k]): _quantities(flat.isel(point=k), axes)
+                for k in range(flat.sizes["point"])
+            }
+    return {}
+
+
+def _quantities(at, axes):
+    """One point of a file as its calculation gave it."""
+    names = [name for name in at.variables if name not in (*axes, DIGEST, "point")]
+    return {
+        str(name): Quantity(
+            at[name].values if at[name].dims else float(at[name]),
+            at[name].attrs["units"], at[name].attrs["long_name"], tuple(map(str, at[name].dims)),
+        )
+        for name in names
+    }  # fmt: skip
+
+
+def _description(sweep):
+    """What captions say of the sweep."""
+    axes = "; ".join(
+        f"{axis.long_name} {', '.join(map(str, axis.labels))}"
+        if len(axis.labels) <= 6
+        else f"{axis.long_name} {axis.labels[0]} to {axis.labels[-1]} ({len(axis.labels)} values)"
+        for axis in sweep.axes
+    )
+    return f"calculated, nothing is simulated: {sweep.calculation.replace('_', ' ')}; {axes}."
