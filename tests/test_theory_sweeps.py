@@ -254,9 +254,9 @@ def test_a_value_that_is_not_calculated_is_refused(tmp_path):
 def test_commands_keep_both_kinds_apart(capsys):
     """Each says which stage is meant."""
     assert main(["simulate", "smoke", PAPER, SWEEP, "x", "-o", "x.nc"]) == 1
-    assert "the stage for it is: python -m dpd calculate" in capsys.readouterr().err
+    assert "the command for it is: python -m dpd calculate" in capsys.readouterr().err
     assert main(["calculate", "smoke", PAPER, "oligomers", "-o", "x.nc"]) == 1
-    assert "the stages for it are: python -m dpd simulate" in capsys.readouterr().err
+    assert "the commands for it are: python -m dpd simulate" in capsys.readouterr().err
 
 
 def test_plan_and_report_know_the_sweep(tmp_path, monkeypatch):
