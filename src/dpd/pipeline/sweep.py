@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import astuple, dataclass
-from itertools import product
+from itertools import chain, product
 from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 from zlib import crc32
@@ -185,14 +185,17 @@ class SweepFile(Section):
             if name in self.model_fields_set:
                 yield name, "the sweep is calculated and has no runs; take this key out"
         axes = self.axes or {}
-        for name, axis in axes.items():
+        for name in axes:
             if name in TAKEN:
                 text = (
                     "a collected sweep has this name already; choose another one (taken: "
                     f"{', '.join(sorted(TAKEN))})"
                 )
                 yield f"axes.{name}", text
-            yield from inside(f"axes.{name}", axis.conflicts())
+        wrong = [inside(f"axes.{name}", axis.conflicts()) for name, axis in axes.items()]
+        if problems := list(chain(*wrong)):
+            yield from problems
+            return
         sizes = [len(axis.taken) for axis in axes.values()]
         if (points := self.replicas * prod(sizes)) > MOST_POINTS:
             text = (
