@@ -208,15 +208,6 @@ def test_start_whose_box_may_not_be_other(done, change):
         make_start(scene)
 
 
-def test_start_relaxes_in_the_box_of_the_file(done, tmp_path):
-    """At constant volume."""
-    scene = starting_from(Scene(FLUID), done.path)
-    relaxed = Scene(merge(scene.data, {"start": {"relax": {"steps": 30, "dt": 0.01}}}))
-    state = make_start(relaxed)
-    assert state.box == read(done.path).box
-    assert (state.position < np.array(state.box)[:, None]).all()
-
-
 def test_to_be_moved_with_the_box_is_no_displacement():
     """Beads at rest in a box that breathes by 30 %, while one goes its way across all faces.
 

@@ -14,9 +14,8 @@ from tests.test_bad_input import FLUID, with_value
 from tests.test_bad_papers import PAPER
 
 HOSTILE = (
-    "$(touch X)", "`touch X`", "${HOME}", "a&touch X", "a|touch X", "a>X", "a;touch X", "a b",
-    "it's", 'a"b', "f(x)", "a\nb", "fluid\n", "a\\b", "*", "~", "-o", "--help", ".hidden", "..",
-    "../fluid", "a/b", "{sweep}", "", "\u00e9", "x" * 5000 + "!",
+    "$(touch X)", "`touch X`", "a;touch X", "a b", "it's", 'a"b', "fluid\n", "a\\b", "*", "-o",
+    ".hidden", "../fluid", "{sweep}", "", "\u00e9", "x" * 5000 + "!",
 )  # fmt: skip
 
 
@@ -127,7 +126,7 @@ def test_labels_of_axes(config, name):
     axes = {"choice": {"values": {"plain": {}, name: {"repulsion": {"A A": 20}}}}}
     paper = with_value(PAPER, ("sweeps", "fluid"), {"scene": FLUID, "axes": axes})
     (config / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
-    if name in ("-o", "--help", ".hidden", ".."):
+    if name in ("-o", ".hidden"):
         names = [point.name for point in read_paper("mine", "smoke").sweeps["fluid"].points]
         assert set(names) == {"choice=plain,replica=0", f"choice={name},replica=0"}
         return
