@@ -25,24 +25,15 @@ from dpd.digest import cache_folder, text_digest
 from dpd.errors import OtherPage, UserError, reason, shown
 from dpd.files import draft_of
 from dpd.laws import usual_lengths
-from dpd.page import (
-    KINDS,
-    BondForce,
-    Change,
-    Given,
-    Observable,
-    Page,
-    PairForce,
-    Start,
-    Term,
-    names,
-)  # fmt: skip
+from dpd.page import KINDS, BondForce, Change, Observable, Page, PairForce, Start, Term, names
 from dpd.sources import files_of, page_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
     from types import ModuleType
     from typing import Self
+
+    from dpd.page import Given
 
 STEP = 1e-6  # r_c, for the slope of an energy
 CELL = "cell_"  # of the names of files with what notebooks define
