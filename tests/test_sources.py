@@ -289,7 +289,7 @@ FIGURE_OF_CHAINS = "figure liu_2008 fig04_snapshot"
 @pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("module", "named"),
-    [("crossings", {"crossings"}), ("rdf", {"rdf"}), ("chains", {"chains", "trace"})],
+    [("crossings", {"crossings"}), ("rdf", {"rdf"}), ("chains", {"chains"})],
 )
 def test_an_edited_observable_changes_the_runs_that_name_it(changed, module, named):
     """No start, no kernel, no other run."""
