@@ -63,10 +63,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = new_parser(arguments).parse_args(arguments)
     function, _, output = options.command
     try:
-        if output:  # refused before anything is computed
+        if output and "." in output:  # a file, no folder: refused before anything is computed
             from dpd.files import check_output
 
-            check_output(options.output, output[output.rfind(".") :] if "." in output else "")
+            check_output(options.output, output[output.rfind(".") :])
         function(options)
         print(end="", flush=True)
     except BrokenPipeError:  # as with `| head`
