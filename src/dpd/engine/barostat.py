@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from dpd.errors import UserError
 from dpd.physics.pressure import Look, Pressure, draw
 
 if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
     from dpd.engine.state import State, System
 
     Box = tuple[float, ...]
@@ -28,9 +27,9 @@ MOST_TIMES = 10.0  # larger or smaller than the box of the system a box may beco
 
 
 def sample_rescaling(
-    simulation: Simulation, law: Pressure, steps: int, at: np.ndarray, measure: bool
+    simulation: Any, law: Pressure, steps: int, at: np.ndarray, measure: bool
 ) -> Sums:
-    """Advance as `Simulation.sample` does; samples after a trial are of the new box."""
+    """Advance a `Simulation` as its `sample` does; samples after a trial are of the new box."""
     parts, last = [], simulation.state.step + steps
     while simulation.state.step < last:
         step = simulation.state.step
@@ -48,7 +47,7 @@ def sample_rescaling(
     return Sums.joined(parts)
 
 
-def rescale(simulation: Simulation, law: Pressure, sums: Sums) -> Sums:
+def rescale(simulation: Any, law: Pressure, sums: Sums) -> Sums:
     """Try another volume from one sample of where the beads are; return that of where they end."""
     system, before, box = simulation.system, simulation.state, simulation.box
     kT, h = system.kT, law.every * system.dt

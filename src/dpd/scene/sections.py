@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, Tag, field_validator
@@ -26,9 +26,6 @@ from dpd.page import (
     setting,
 )  # fmt: skip
 from dpd.scene.molecules import length_of
-
-if TYPE_CHECKING:
-    from dpd.scene.scene import Scene
 
 AXES = "xyz"
 CUTOFF = 1.0
@@ -186,7 +183,7 @@ class Basics(Section):
 # --- what is refused: names that there are not, sizes, pages that do not go together
 
 
-def unknown_names(scene: Scene) -> Refusals:
+def unknown_names(scene: Any) -> Refusals:
     """Axes and species that settings name, and that are not there."""
     if "mass" in scene.data:
         yield from inside("mass", check_species(scene.data["mass"], scene.species, ""))
@@ -213,7 +210,7 @@ def _unknown(scene, of, value):
             yield "", no_species(name, scene.species)
 
 
-def densities(scene: Scene) -> Refusals:
+def densities(scene: Any) -> Refusals:
     """Densities that whole molecules cannot meet."""
     for place, (asked, found) in scene.missed_densities.items():
         key, kind = f"molecules.{place}.density", scene.molecules[place]
@@ -233,7 +230,7 @@ def densities(scene: Scene) -> Refusals:
             )
 
 
-def limits(scene: Scene) -> Refusals:
+def limits(scene: Any) -> Refusals:
     """What is too large or too small, and what sections and pages have against each other."""
     if len(scene.species) > MOST_SPECIES:
         yield "molecules", f"{len(scene.species)} species; allowed: <= {MOST_SPECIES}"

@@ -49,9 +49,21 @@ class FromFile(Start, key="file"):
 
     def decides(self, scene: Any) -> dict[str, Any]:
         """What is in the file; whether its box is taken, along which axes it may differ."""
-        frame = LAST_FRAME if self.frame is None else self.frame
         axes = {"box_of_file": scene.barostat_axes} if scene.barostat_axes else {}
-        return {"file": [self.sha256, frame]} | axes
+        return {"file": [self.sha256, self.read_frame]} | axes
+
+    @property
+    def read_frame(self) -> int:
+        """The number of the configuration."""
+        return LAST_FRAME if self.frame is None else self.frame
+
+    def refuse_other_file(self, where: str) -> None:
+        """Refuse a file whose content is not that of the digest."""
+        if file_digest(self.path, where) != self.sha256:
+            raise UserError(
+                f"{self.path}: is not the file that {where} means: its content is not that of "
+                "start.sha256. If the file was changed on purpose, start again without that key"
+            )
 
     def make(self, scene: Any, progress: Any, say: Any) -> Any:
         """Read it, and relax it where the scene asks for that."""

@@ -18,7 +18,6 @@ from dpd.particles.particles import UPRIGHT, Particles, molecules_of, shear_of, 
 from dpd.scene.molecules import middle_of
 from dpd.start import start_description
 from dpd.start.common.make import species_of, system_of, thermal_velocities
-from dpd.start.file import LAST_FRAME, file_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -36,13 +35,9 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     refuses a file that cannot be read, is another than when the scene was read, or holds another
     system.
     """
-    path, frame = scene.start.path, scene.start.frame
-    if file_digest(path, scene.where) != scene.start.sha256:
-        raise UserError(
-            f"{path}: is not the file that {scene.where} means: its content is not that of "
-            "start.sha256. If the file was changed on purpose, start again without that key"
-        )
-    particles = read(path, LAST_FRAME if frame is None else frame)
+    path = scene.start.path
+    scene.start.refuse_other_file(scene.where)
+    particles = read(path, scene.start.read_frame)
     said = list(particles.left_out)
     if particles.dimension == scene.dimension:
         particles = _between_walls(scene, particles, path)

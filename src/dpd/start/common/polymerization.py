@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,14 +27,12 @@ from dpd.jit import inlined, kernel
 from dpd.scene.molecules import numbers_of
 from dpd.start import start_description
 from dpd.start.common.make import relaxed, start_system, thermal_velocities
-from dpd.start.polymerize import RECORD
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from dpd.engine.state import System
     from dpd.scene.scene import Scene
-    from dpd.start.polymerize import Polymerize
 
 SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
 STALL = 40.0  # tau without a new most of bonded beads after which growth has failed
@@ -321,11 +319,11 @@ def _random_places(system, count, rng):
 
 
 def grown(
-    page: Polymerize, scene: Scene, progress: Callable[[int], object] | None
+    page: Any, scene: Scene, progress: Callable[[int], object] | None
 ) -> tuple[State, dict[str, np.ndarray]]:
     """Grow the molecules of a scene, and relax them, so that no two bonds cross.
 
-    Beside the state there is an array for each name of `RECORD`, one value per round of growth, and
+    Beside the state there is an array for each of its records, one value per round of growth, and
     ``relax_crossings``, pairs of crossing bonds at every look while it relaxed: all 0. A
     `UserError` says that chains stop growing before they are complete, or cross while they relax.
     """
@@ -384,7 +382,7 @@ def _polymerized(scene, settings, system, seed, kT, progress):
 
     state = growth.moved(state, system, settle, look)
     begun, best, last_gain = state.step, 0, state.step
-    record: dict[str, list[float]] = {name: [] for name in RECORD}
+    record: dict[str, list[float]] = {}
     sums, undone = np.zeros(4, np.int64), 0
     while True:
         state = growth.mixed(state, system, settings.interval / settings.mixing, rng)
@@ -395,9 +393,12 @@ def _polymerized(scene, settings, system, seed, kT, progress):
         state = growth.moved(state, system, settle if complete else interval, look)
         undone += growth.undo_crossed(state.by_identity(state.position), box)
         now = (state.step - begun) * system.dt
-        values = (now, growth.bonded / growth.target, sums[TRIED], sums[CROSSED], sums[FAR], undone)
-        for name, value in zip(RECORD, values):
-            record[name].append(value)
+        values = {
+            "growth_time": now, "conversion": growth.bonded / growth.target, "tried": sums[TRIED],
+            "refused_crossing": sums[CROSSED], "refused_distance": sums[FAR], "undone": undone,
+        }  # fmt: skip
+        for name, value in values.items():
+            record.setdefault(name, []).append(value)
         look()
         if complete and len(growth.finished()) == growth.asked.sum():
             break
