@@ -18,7 +18,6 @@ from dpd.files import draft_of
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from dpd.engine.loop import Observer
     from dpd.engine.simulation import Simulation
 
 # Names of arrays: the first of the file, which tells it from any other; and what is no array.
@@ -77,7 +76,7 @@ class Checkpoint:
         self.path, self.key, self.note = Path(path), key, note or {}
         self.is_ours = False  # whether the file is of this run: saved by it, or resumed from
 
-    def save(self, simulation: Simulation, observers: Sequence[Observer]) -> str:
+    def save(self, simulation: Simulation, observers: Sequence[Any]) -> str:
         """Write the state; why it could not be, or nothing. A kill leaves the previous file."""
         for file in filter(None, map(file_of, observers)):
             file.flush()
@@ -93,7 +92,7 @@ class Checkpoint:
             return f"{self.path}: no checkpoint could be written ({reason(problem)})"
         return ""
 
-    def resume(self, simulation: Simulation, observers: Sequence[Observer]) -> str:
+    def resume(self, simulation: Simulation, observers: Sequence[Any]) -> str:
         """Put simulation and observers, at their beginning, where the file left them.
 
         Return why the file is refused, or nothing; a `UserError` if it is no checkpoint at all.
