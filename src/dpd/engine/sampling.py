@@ -12,7 +12,6 @@ from dpd.jit import inlined
 
 if TYPE_CHECKING:
     from dpd.engine.state import System
-    from dpd.engine.step import Shared
 
 PER_TASK = 1024  # beads that one thread adds up: the order of sums is the same for any team
 
@@ -53,7 +52,7 @@ class Sampled(NamedTuple):
     walls_of: np.ndarray | None  # (1, width)
 
 
-def sampled_buffers(samples: int, beads: int, across: Across | None, shared: Shared) -> Sampled:
+def sampled_buffers(samples: int, beads: int, across: Across | None, shared: Any) -> Sampled:
     tasks, layers = -(-beads // PER_TASK), () if across is None else across.layers
     cells, q = int(np.prod(layers)), shared.virial.shape[2] + 1 + len(layers)
     of_beads = np.zeros((tasks, cells, q + 1, q))
