@@ -14,8 +14,9 @@ from PIL import Image
 from dpd import files
 from dpd.analysis.collect import save
 from dpd.errors import UserError
+from dpd.pipeline.paper import Figure, Paper, read_paper
 from dpd.pipeline.paths import LONG_STUDY, Results
-from dpd.pipeline.study import Figure, Paper, read_config, read_paper, read_study
+from dpd.pipeline.study import read_config, read_study
 from dpd.pipeline.sweep import Axis, Point, Sweep, SweepFile
 from dpd.pipeline.theory import calculate, unfold_theory
 from dpd.report import archive

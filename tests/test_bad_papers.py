@@ -5,7 +5,8 @@ import shutil
 import pytest
 
 from dpd.errors import UserError
-from dpd.pipeline.study import as_studied, read_paper
+from dpd.pipeline.paper import read_paper
+from dpd.pipeline.study import as_studied
 from tests.test_bad_input import FLUID, WRONG, key_of, places, refusal, with_value
 
 

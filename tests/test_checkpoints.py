@@ -16,7 +16,7 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.jit import kernel
 from dpd.observe.common.measured import observables
-from dpd.pipeline.study import read_paper
+from dpd.pipeline.paper import read_paper
 from dpd.runs.result import refuse_to_lose
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of

@@ -10,7 +10,7 @@ import xarray as xr
 from dpd.analysis.collect import load, save
 from dpd.analysis.verdicts import COLUMNS
 from dpd.errors import UserError
-from dpd.pipeline.study import read_paper
+from dpd.pipeline.paper import read_paper
 from tests.test_checkpoints import files_up_to
 from tests.test_faults import assert_refused
 

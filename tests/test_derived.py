@@ -15,7 +15,7 @@ from dpd.analysis.structure import closest_contact, peak
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline.derived import read_derived, resolved, write_derived
-from dpd.pipeline.study import PaperFile, read_paper
+from dpd.pipeline.paper import PaperFile, read_paper
 from dpd.sentences import read_section
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 

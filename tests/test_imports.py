@@ -99,7 +99,7 @@ def test_a_scene_knows_no_term():
 
 def test_a_plan_needs_no_numba():
     """Nor xarray: Snakemake reads studies and digests in every process that it starts."""
-    program = "import sys, dpd.pipeline.study, dpd.stages; print(*sys.modules)"
+    program = "import sys, dpd.pipeline.paper, dpd.stages; print(*sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True,
         env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
@@ -146,7 +146,7 @@ def test_of_the_pipeline_a_report_knows_papers_and_paths():
     rooms = [module for module in MODULES if room_of(module) == "report"]
     names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
     known = {".".join(name.split(".")[:2]) for name in names if name.startswith("pipeline")}
-    names = ("jobs", "paths", "study", "sweep", "theory")
+    names = ("jobs", "paper", "paths", "study", "sweep", "theory")
     assert known == {f"pipeline.{name}" for name in names}
 
 

@@ -110,7 +110,7 @@ def test_compiling_is_said_once(python):
 
 
 FIRST = """
-from dpd.pipeline.study import read_paper
+from dpd.pipeline.paper import read_paper
 papers = ("nikunen_2007", "passes"), ("liu_2008", "melts"), ("groot_warren_1997", "stress")
 points = [read_paper(paper, "smoke", [sweep]).sweeps[sweep].points[0] for paper, sweep in papers]
 """

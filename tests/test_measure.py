@@ -21,8 +21,8 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.page import Observable, names
 from dpd.pipeline import study
+from dpd.pipeline.paper import Measurement, read_paper
 from dpd.pipeline.paths import Results
-from dpd.pipeline.study import Measurement, read_paper
 from dpd.report.figures import joined_verdicts, load_module, make_figure
 from dpd.report.page import write_page
 from dpd.report.text import typeset

@@ -9,7 +9,8 @@ import yaml
 import dpd.pipeline.study as module
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.pipeline.study import read_config, read_paper, read_study
+from dpd.pipeline.paper import read_paper
+from dpd.pipeline.study import read_config, read_study
 from tests.test_bad_input import FLUID, with_value
 from tests.test_bad_papers import PAPER
 

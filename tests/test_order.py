@@ -8,7 +8,8 @@ import yaml
 import dpd.pipeline.study as module
 from dpd.errors import UserError
 from dpd.pipeline.jobs import priorities
-from dpd.pipeline.study import CONFIG, read_paper, read_study, studies
+from dpd.pipeline.paper import read_paper
+from dpd.pipeline.study import CONFIG, read_study, studies
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,8 @@ from dpd.analysis.published import published
 from dpd.analysis.verdicts import COLUMNS
 from dpd.digest import PACKAGE, ROOT
 from dpd.pipeline.jobs import batches
-from dpd.pipeline.study import read_config, read_paper
+from dpd.pipeline.paper import read_paper
+from dpd.pipeline.study import read_config
 from dpd.report.text import typeset
 from dpd.start import start_digest, start_is_shared
 

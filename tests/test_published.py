@@ -14,7 +14,7 @@ from dpd.analysis import published
 from dpd.analysis.published import Number, entries_of, shown_by
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.pipeline.study import read_paper
+from dpd.pipeline.paper import read_paper
 
 FILES = sorted((ROOT / "paper_figures").glob("*/*.py"))
 PAPERS = sorted({path.parent.name for path in FILES})

@@ -15,8 +15,9 @@ from dpd import __version__
 from dpd.commands.main import new_parser
 from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
+from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import Results
-from dpd.pipeline.study import read_config, read_paper
+from dpd.pipeline.study import read_config
 from dpd.report import archive, documents
 from dpd.report.documents import counts, deviations, figure_counts, pages, run_table
 from dpd.scene.scene import Scene

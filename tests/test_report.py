@@ -15,7 +15,7 @@ from dpd import files
 from dpd.analysis.statistics import widening
 from dpd.analysis.verdicts import COLUMNS, Measured, judge
 from dpd.commands.main import main
-from dpd.pipeline.study import Figure, Paper
+from dpd.pipeline.paper import Figure, Paper
 from dpd.report import style, workflow
 from dpd.report.compare import compared, table_of
 from dpd.report.page import write_page

@@ -6,7 +6,8 @@ import pytest
 from dpd.digest import PACKAGE
 from dpd.engine.space import nearest
 from dpd.errors import UserError
-from dpd.pipeline.study import read_paper, read_study
+from dpd.pipeline.paper import read_paper
+from dpd.pipeline.study import read_study
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge, read_yaml
 from dpd.start import start_digest
@@ -184,7 +185,7 @@ def test_points_keep_their_scenes_when_others_come(monkeypatch):
         return data
 
     before = digests()
-    monkeypatch.setattr("dpd.pipeline.study.read_yaml", edited)
+    monkeypatch.setattr("dpd.pipeline.paper.read_yaml", edited)
     after = digests()
     assert set(after) - set(before) == {"repulsion=15,density=4.25,replica=0"}
     assert before.items() <= after.items()

@@ -20,6 +20,7 @@ from dpd.digest import ROOT
 from dpd.engine.checkpoint import stored_in
 from dpd.files import read, write
 from dpd.pipeline.jobs import RATE
+from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import results_of
 from dpd.pipeline.plan import as_text, plan
 from dpd.pipeline.status import (
@@ -32,7 +33,6 @@ from dpd.pipeline.status import (
     RunStatus,
     seconds_left,
 )
-from dpd.pipeline.study import read_paper
 from dpd.progress import Progress
 from dpd.runs.lock import alone, worker_on
 from tests.conftest import SCENE

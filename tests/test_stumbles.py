@@ -12,7 +12,8 @@ import xarray as xr
 import yaml
 
 from dpd.errors import UserError
-from dpd.pipeline.study import PaperFile, read_config
+from dpd.pipeline.paper import PaperFile
+from dpd.pipeline.study import read_config
 from dpd.report.captions import sweep_line
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge

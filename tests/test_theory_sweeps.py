@@ -10,9 +10,9 @@ from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.pipeline.derived import resolved, write_derived
 from dpd.pipeline.jobs import page_sources
+from dpd.pipeline.paper import Paper, read_paper
 from dpd.pipeline.paths import Results
 from dpd.pipeline.plan import as_text, plan
-from dpd.pipeline.study import Paper, read_paper
 from dpd.pipeline.sweep import SweepFile
 from dpd.pipeline.theory import calculate, unfold_theory
 from dpd.sentences import read_section

@@ -30,7 +30,7 @@ def _closest_contact(at):
     return closest_contact(at).bin  # as the paper reads it
 
 
-QUANTITIES = {"closest_contact": _closest_contact}  # those of `dpd.pipeline.study.MEASURED`
+QUANTITIES = {"closest_contact": _closest_contact}  # those of `dpd.pipeline.paper.MEASURED`
 
 
 def axes_of(source: xr.Dataset) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
     from types import ModuleType
 
-    from dpd.pipeline.study import Paper
+    from dpd.pipeline.paper import Paper
     from dpd.pipeline.sweep import Sweep
 
 LITTLE = 2**20  # bytes of a result whose size is not known before
@@ -40,8 +40,9 @@ PAPERS = option("papers", nargs="+")
 )
 def plan(options: Namespace) -> None:
     """Say what a study costs, by the rates of runs that are there."""
+    from dpd.pipeline.paper import read_paper
     from dpd.pipeline.plan import as_text, plan
-    from dpd.pipeline.study import read_config, read_paper
+    from dpd.pipeline.study import read_config
 
     given = {"study": options.study, "papers": options.papers}
     config = read_config({key: value for key, value in given.items() if value})
@@ -76,7 +77,7 @@ def benchmarks() -> ModuleType:
 def compile_(options: Namespace) -> None:
     """Compile what a study needs."""
     from dpd.pipeline.compiling import compile_for, with_kernels
-    from dpd.pipeline.study import read_paper
+    from dpd.pipeline.paper import read_paper
 
     papers = [read_paper(paper, options.study) for paper in options.papers]
     sweeps = [sweep for paper in papers for sweep in paper.sweeps.values()]
@@ -108,7 +109,7 @@ def start(options: Namespace) -> None:
 
 def _paper(options: Namespace) -> Paper:
     """The paper with the sweep, and perhaps the points, that a command is about."""
-    from dpd.pipeline.study import read_paper
+    from dpd.pipeline.paper import read_paper
 
     points = getattr(options, "points", None) or [getattr(options, "point", None)]
     return read_paper(options.paper, options.study, [options.sweep], [*filter(None, points)])
@@ -247,7 +248,7 @@ def measure(options: Namespace) -> None:
 )  # fmt: skip
 def figure(options: Namespace) -> None:
     """Make a figure."""
-    from dpd.pipeline.study import read_paper
+    from dpd.pipeline.paper import read_paper
     from dpd.report.figure_file import BrokenFigure
     from dpd.report.figures import make_figure
 
@@ -284,7 +285,8 @@ def verdicts(options: Namespace) -> None:
 )  # fmt: skip
 def report(options: Namespace) -> None:
     """Write the report."""
-    from dpd.pipeline.study import read_paper, read_study
+    from dpd.pipeline.paper import read_paper
+    from dpd.pipeline.study import read_study
     from dpd.report.page import write_page
     from dpd.report.workflow import overhead
 

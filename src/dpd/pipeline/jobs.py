@@ -15,8 +15,8 @@ from dpd.start import BYTES_PER_BEAD, start_digest, start_is_shared
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from dpd.pipeline.paper import Figure, Paper
     from dpd.pipeline.paths import Results
-    from dpd.pipeline.study import Figure, Paper
     from dpd.pipeline.sweep import Point, Sweep
     from dpd.scene.scene import Scene
 

@@ -18,7 +18,7 @@ from dpd.start.common.make import system_of
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from dpd.pipeline.study import Paper
+    from dpd.pipeline.paper import Paper
     from dpd.scene.scene import Scene
 
 BASE_MEMORY = 200.0  # MiB of a process that has imported all and compiled nothing

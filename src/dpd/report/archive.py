@@ -24,8 +24,9 @@ from dpd.analysis.collect import load, reading
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.files import replace_whole
+from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import LONG_STUDY, results_of
-from dpd.pipeline.study import SEEDED, read_config, read_paper, read_study
+from dpd.pipeline.study import SEEDED, read_config, read_study
 from dpd.pipeline.theory import TheorySweep
 from dpd.report.figure_file import load_module
 from dpd.report.figures import drawing, joined, judged, read_verdicts
@@ -35,8 +36,8 @@ from dpd.stages import run_sources
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from dpd.pipeline.paper import Paper
     from dpd.pipeline.paths import Results
-    from dpd.pipeline.study import Paper
     from dpd.pipeline.sweep import Point, Sweep
     from dpd.scene.scene import Scene
 

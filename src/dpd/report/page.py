@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from dpd.pipeline.study import Paper
+    from dpd.pipeline.paper import Paper
 
     Row = dict[str, Any]
 
