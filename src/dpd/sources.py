@@ -90,7 +90,7 @@ def sources_digest(*modules: str | Path, without: frozenset[str | Path] = frozen
         lines = sorted(f"{_place(path)} {source_of(path).digest}" for path in found)
         return text_digest("\n".join(lines))
 
-    return kept(f"{modules} {sorted(map(str, without))}", find)
+    return cached(f"{modules} {sorted(map(str, without))}", find)
 
 
 def page_digest(path: Path) -> str:
@@ -136,10 +136,10 @@ def kernel_digest() -> str:
         kernels += sorted((PACKAGE / "physics").glob("*.py"))  # whose formulas they get in records
         return sources_digest(*kernels)
 
-    return kept("kernels", find)
+    return cached("kernels", find)
 
 
-def kept(question: str, find: Callable[[], str]) -> str:
+def cached(question: str, find: Callable[[], str]) -> str:
     """What another process has found for the same sources; otherwise find it, and keep it.
 
     To parse all sources takes a tenth of a second, which each of a study's hundreds of jobs would
@@ -295,12 +295,12 @@ def _imported(node, path):
     """Files that an ``import`` or a ``from ... import`` reads."""
     if isinstance(node, ast.Import):
         for alias in node.names:
-            yield from _files(alias.name) or _beside(path, alias.name)
+            yield from _files(alias.name) or _sibling(path, alias.name)
         return
     if node.level:  # imports are absolute here
         return
     if node.module.split(".")[0] not in HOMES:
-        yield from _beside(path, node.module)
+        yield from _sibling(path, node.module)
         return
     yield from _files(node.module)
     module = file_of(node.module)
@@ -309,7 +309,7 @@ def _imported(node, path):
             yield from _files(f"{node.module}.{alias.name}")
 
 
-def _beside(path, module):
+def _sibling(path, module):
     """The file of a module in the folder of a user's file."""
     first = module.split(".")[0]
     if _is_ours(path):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from dpd.digest import paper_folder, text_digest
 from dpd.page import Observable, Start, Term, module_of, names
 from dpd.scene.reading import NEEDED
-from dpd.sources import file_of, kept, source_of, sources_digest
+from dpd.sources import cached, file_of, source_of, sources_digest
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -114,7 +114,7 @@ def _digest_of(stage, pages):
 
 @cache
 def _of_ours(stage, pages):
-    return kept(
+    return cached(
         f"{stage} {sorted(pages)}",
         lambda: sources_digest(*STAGES[stage], *sorted(pages), without=unused(pages) | NOT_IN_RUNS),
     )

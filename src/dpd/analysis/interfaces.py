@@ -71,7 +71,7 @@ def slabs(density: np.ndarray, z: np.ndarray, length: float) -> Slabs:
     thickness = z[1] - z[0]
     distance = np.arange(0.5 * thickness, length / 4, thickness)
     seen = [_seen_from(block, z, length, at, distance) for block, at in zip(density, position)]
-    lost = bool((np.abs(position - _beginning(length)) >= FARTHEST * length).any())
+    lost = bool((np.abs(position - _first_places(length)) >= FARTHEST * length).any())
     return Slabs(position, distance, np.array(seen), lost)
 
 
@@ -83,7 +83,7 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
     puts farther off than `FARTHEST` stays there, as near the critical point, where there is none.
     """
     fraction = density[:, 0] / density.sum(axis=1)
-    began = _beginning(length)
+    began = _first_places(length)
 
     def whole(z, first, second, width, inside, outside):
         return outside + (inside - outside) * _slab(z, length, first, second, width)
@@ -106,7 +106,7 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
     return np.clip(found, began - reach, began + reach)
 
 
-def _beginning(length):
+def _first_places(length):
     """Where both interfaces are at the beginning of a run."""
     return np.array([0.0, length / 2])
 

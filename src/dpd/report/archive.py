@@ -29,7 +29,7 @@ from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.pipeline.study import SEEDED, read_config, read_study
 from dpd.pipeline.theory import TheorySweep
 from dpd.report.figure_file import load_module
-from dpd.report.figures import drawing, joined, judged, read_verdicts
+from dpd.report.figures import drawing, joined, read_verdicts, verdicts_of
 from dpd.report.workflow import commit, library_versions, processor
 from dpd.stages import run_sources
 
@@ -72,21 +72,21 @@ def keep_table(study: str, results: Results) -> list[Path]:
     """Keep the verdicts of all papers, and draw anew the pictures beside files of figures.
 
     A new picture is as wide as the old one. Of a study with another seed than 1 the table alone is
-    kept. Raises `UserError` if there is no such table, or it was made by an older version.
+    archived. Raises `UserError` if there is no such table, or it was made by an older version.
     """
     source, target = results.verdicts(), ARCHIVE / study / VERDICTS
     table = read_verdicts(source)
     replace_whole(target, lambda draft: shutil.copyfile(source, draft))
     written = [target]
     for paper in [] if SEEDED.fullmatch(study) else sorted(set(table.paper)):
-        for kept in pictures(paper):
-            drawn = Path(results.figure(paper, kept.stem, "png"))
+        for archived in pictures(paper):
+            drawn = Path(results.figure(paper, archived.stem, "png"))
             if drawn.is_file():
-                with Image.open(kept) as old, Image.open(drawn) as new:
+                with Image.open(archived) as old, Image.open(drawn) as new:
                     size = old.width, round(new.height * old.width / new.width)
                     data = small_png(new.convert("RGB").resize(size, Image.Resampling.LANCZOS))
-                replace_whole(kept, partial(Path.write_bytes, data=data))
-                written.append(kept)
+                replace_whole(archived, partial(Path.write_bytes, data=data))
+                written.append(archived)
     return written
 
 
@@ -104,10 +104,10 @@ def pictures(paper: str) -> list[Path]:
 
 def small_png(picture: Image.Image) -> bytes:
     """A file of a picture in 256 colours: it takes a third of the room and looks the same."""
-    kept = BytesIO()
+    archived = BytesIO()
     few = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
-    few.save(kept, "png", optimize=True)
-    return kept.getvalue()
+    few.save(archived, "png", optimize=True)
+    return archived.getvalue()
 
 
 def studies() -> list[str]:
@@ -144,9 +144,9 @@ def keep_whole(
 ) -> list[Path]:
     """Keep all of a study that a reader needs, also of one that was stopped before its end.
 
-    ``runs_from``: hours; runs that took as long or longer are kept too, for `restore`. Result: what
-    was written. Raises `UserError` if there is no figure and no run to keep, or the archive would
-    be larger than `LIMIT`; then nothing changes.
+    ``runs_from``: hours; runs that took as long or longer are archived too, for `restore`. Returns
+    what was written. Raises `UserError` if there is no figure and no run to keep, or the archive
+    would be larger than `LIMIT`; then nothing changes.
     """
     target = ARCHIVE / study
     former = {"parts": {}, "figures": {}, "sweeps": {}, "calculated": {}} | manifest_of(study)
@@ -160,10 +160,10 @@ def keep_whole(
     figures: dict[str, str] = {}
     tables = []
     drawn = False
-    for name, new, kept, table in _figures(study, papers, results, former, part):
+    for name, new, archived, table in _figures(study, papers, results, former, part):
         drawn |= bool(new)
         figures[name] = new or former["figures"][name]
-        contents |= kept
+        contents |= archived
         tables.append(table)
     asked = [f"{paper.name}/{figure}" for paper in papers for figure in paper.figures]
     missing = [name for name in asked if name not in figures]
@@ -215,16 +215,16 @@ def _figures(study, papers, results, former, part):
             if png.is_file() and numbers.is_file() and verdicts.is_file():
                 with Image.open(png) as picture:
                     small = small_png(picture)
-                kept = {f"{name}.png": small, f"{name}.nc": numbers.read_bytes()}
-                yield name, part, kept, read_verdicts(verdicts)
+                archived = {f"{name}.png": small, f"{name}.nc": numbers.read_bytes()}
+                yield name, part, archived, read_verdicts(verdicts)
             elif name in former["figures"] and not feeds.measurements:
                 sweeps = paper.sweeps | paper.theory
                 records = [(before.get(each, {}), sweeps[each]) for each in feeds.sweeps]
                 if all(record.get("whole") and _same(record, each) for record, each in records):
                     names = [f"{name}.png", f"{name}.nc"]
-                    kept = {each: (ARCHIVE / study / each).read_bytes() for each in names}
+                    archived = {each: (ARCHIVE / study / each).read_bytes() for each in names}
                     rows = table[(table.paper == paper.name) & (table.figure == figure)]
-                    yield name, "", kept, rows
+                    yield name, "", archived, rows
 
 
 def write_changed(target: Path, contents: dict[str, bytes]) -> list[Path]:
@@ -321,7 +321,7 @@ def redraw(study: str) -> list[Path]:
         plt.close(drawn)
         with Image.open(whole) as picture:
             contents[f"{name}.png"] = small_png(picture)
-        tables.append(judged(module, paper, figure, data))
+        tables.append(verdicts_of(module, paper, figure, data))
     contents[VERDICTS] = joined(tables).to_csv(index=False).encode()
     contents[MANIFEST] = manifest_text(manifest, contents).encode()
     return write_changed(target, contents)
@@ -371,19 +371,19 @@ def restore(study: str) -> list[Path]:
     papers = [read_paper(name, study) for name in read_config()["papers"]]
     results, wanted = results_of(study), []
     for paper, sweep, point, name in _points(papers):
-        kept = ARCHIVE / study / name
-        if kept.is_file():
-            remedy = f"it cannot be used any more; snakemake makes it anew, after: rm '{kept}'"
-            said = files.attributes(kept)
-            files.check_digest(kept, said, "scene_digest", point.scene.digest, remedy)
-            files.check_digest(kept, said, "sources", run_sources(point.scene), remedy)
-            wanted.append((kept, Path(results.run(paper, sweep, point.name))))
+        archived = ARCHIVE / study / name
+        if archived.is_file():
+            remedy = f"it cannot be used any more; snakemake makes it anew, after: rm '{archived}'"
+            said = files.attributes(archived)
+            files.check_digest(archived, said, "scene_digest", point.scene.digest, remedy)
+            files.check_digest(archived, said, "sources", run_sources(point.scene), remedy)
+            wanted.append((archived, Path(results.run(paper, sweep, point.name))))
     if not wanted:
         raise UserError(
-            f"{ARCHIVE / study}: no runs are kept there; 'python -m dpd archive {study} "
+            f"{ARCHIVE / study}: no runs are archived there; 'python -m dpd archive {study} "
             "--runs-from HOURS' keeps those that took as long or longer"
         )
-    missing = [(kept, place) for kept, place in wanted if not place.is_file()]
-    for kept, place in missing:
-        replace_whole(place, partial(Path.write_bytes, data=kept.read_bytes()))
+    missing = [(archived, place) for archived, place in wanted if not place.is_file()]
+    for archived, place in missing:
+        replace_whole(place, partial(Path.write_bytes, data=archived.read_bytes()))
     return [place for _, place in missing]

@@ -49,7 +49,7 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
 
     numbers, degrees = degrees_of(made)
     numbers.attrs["degrees"] = json.dumps(degrees)
-    table = judged(module, paper, figure, numbers)
+    table = verdicts_of(module, paper, figure, numbers)
     with blamed_on(module, "describe"):
         seen = module.describe(numbers) if hasattr(module, "describe") else module.TITLE
     numbers.attrs |= {"paper": paper, "figure": figure, "seen": seen}
@@ -73,7 +73,7 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
     save(numbers, path("nc"))
 
 
-def judged(module: ModuleType, paper: str, figure: str, numbers: xr.Dataset) -> pd.DataFrame:
+def verdicts_of(module: ModuleType, paper: str, figure: str, numbers: xr.Dataset) -> pd.DataFrame:
     """The verdict table of a figure, from its module and the numbers that its ``compute`` gave."""
     degrees = json.loads(numbers.attrs.get("degrees", "{}"))
     return rows(paper, figure, _measured(module, numbers), degrees)

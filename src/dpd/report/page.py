@@ -52,7 +52,7 @@ def write_page(
     """
     results = Results(str(folder))
     table = joined_verdicts(verdicts_of(results, papers))
-    rows = judged_rows(table, None if archived is None else read_verdicts(archived))
+    rows = verdict_rows(table, None if archived is None else read_verdicts(archived))
     long_study = ""
     if archived is not None and any(row["archived"] for row in rows):
         long_study = Path(archived).parent.name
@@ -177,7 +177,7 @@ def _costs(paper, results, checks):
 # Verdicts.
 
 
-def judged_rows(table: pd.DataFrame, archived: pd.DataFrame | None = None) -> list[Row]:
+def verdict_rows(table: pd.DataFrame, archived: pd.DataFrame | None = None) -> list[Row]:
     """Rows of a verdict table as text, in its order, with ``id`` and ``figure`` for links.
 
     Where a row of ``archived``, such a table of a long study, is held against the same published
