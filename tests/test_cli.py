@@ -101,13 +101,14 @@ def test_run_keeps_and_takes_a_start(tmp_path):
     [("boxx: 3", "boxx"), ("[1, 2]", "expected keys and values"), ("a: [1, 2", "not YAML")],
 )
 def test_bad_scene_files(tmp_path, text, word):
-    """Exit code 1, one line that names the file, no traceback, nothing written."""
+    """Exit code 1, a line that names the file for each mistake, no traceback, nothing written."""
     path = tmp_path / "bad.yaml"
     path.write_text(text)
     done = dpd("run", path, "-o", tmp_path / "out" / "run.nc", cwd=tmp_path)
     assert done.returncode == 1
     assert done.stderr.startswith(f"error: {path}: ") and word in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+    lines = done.stderr.removeprefix("error: ").splitlines()
+    assert all(line.startswith(f"{path}: ") for line in lines)
     assert [p.name for p in tmp_path.iterdir()] == ["bad.yaml"]
 
 
