@@ -69,15 +69,6 @@ def test_names_of_studies_and_papers(config, name):
     assert_one_sentence(lambda: read_study("mine"), name)
 
 
-@pytest.mark.parametrize("name", ["mine", "Mine-2.1", "_x", "2nd"])
-def test_names_that_are_good(config, name):
-    """Letters, digits, points and hyphens inside."""
-    add_study(config, name, "smoke")
-    copied(config / "papers", "groot_warren_1997", name)
-    found = read_config({"study": name, "papers": [name]})
-    assert (found["study"], found["papers"]) == (name, [name])
-
-
 def test_a_study_with_another_seed(config):
     """Has a name of its own, so a place of its own, and all noise is another; the rest stays."""
     assert read_config({"seed": 1})["study"] == read_config()["study"] == "quick"

@@ -14,7 +14,7 @@ from dpd.files import read
 from dpd.pipeline.jobs import start_bead_steps
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
-from dpd.start import start_digest, start_is_shared
+from dpd.start import start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import compile_start, make_start
 from tests import test_own_pages
@@ -79,15 +79,6 @@ def test_from_the_command_line(folder):
     assert command("extend", "run.nc", "--sample", 20).returncode == 0
 
 
-def test_it_is_relaxed_as_any_other(folder):
-    """From there on: beads that nearly touch fly apart, but not far in so short a time."""
-    placed, relaxed = (make_start(Scene(data)) for data in (SCENE, RELAXED))
-    apart = relaxed.position - placed.position
-    apart -= 4 * np.round(apart / 4)
-    assert 0.05 < np.sqrt((apart**2).sum(axis=0).mean()) < 1  # 2 for beads anywhere
-    assert relaxed.step == 0
-
-
 def test_velocities_of_the_page(folder):
     """As it gives them."""
     (folder / "line.py").write_text(PAGE + MOVING)
@@ -108,8 +99,6 @@ def test_an_edited_page_makes_the_start_again_and_a_comment_does_not(folder):
     assert not is_made(Scene(RELAXED), "run.nc") and is_made(Scene(plain), "plain.nc")
     with pytest.raises(UserError, match=r"start\.nc: "):
         read_start(Scene(RELAXED), "start.nc")
-    longer = RELAXED | {"start": RELAXED["start"] | {"step": 0.06}}
-    assert start_digest(Scene(longer)) != start_digest(Scene(RELAXED))
 
 
 def test_one_that_takes_long_has_a_job_of_its_own(folder):
@@ -119,39 +108,17 @@ def test_one_that_takes_long_has_a_job_of_its_own(folder):
     (folder / "line.py").write_text(slow)
     scene = Scene(SCENE)
     assert start_is_shared(scene) and start_bead_steps(scene) == 500 * 192
-    told = []
-    make_start(Scene(RELAXED), told.append)
-    assert told[-1] == 192 + 10
     (folder / "line.py").write_text(slow.replace("x = rng", "raise ValueError\n        x = rng"))
     compile_start(Scene(SCENE))
-
-
-BAD = [
-    (("scene.beads,", "scene.bead,"), "start: 'line': line 14: AttributeError: "),
-    (("return x", "return x[1:]"), "its positions have the shape (191, 3) instead of (192, 3)"),
-    (("return x", "return x * np.nan"), "its positions are not finite numbers: "),
-]
-
-
-@pytest.mark.parametrize(("change", "said"), BAD, ids=range(len(BAD)))
-def test_what_is_wrong_is_told_with_its_line(folder, change, said):
-    """In one sentence with file and line, and no traceback."""
-    (folder / "line.py").write_text(PAGE.replace(*change))
-    with pytest.raises(UserError) as caught:
-        dpd.run(SCENE, progress=False)
-    message = str(caught.value)
-    assert said in message and "\n" not in message, message
 
 
 def test_settings_are_those_of_any_page(folder):
     """Bounds, unknown keys, names that are near, settings of another method."""
     for start, said in (
         ({"step": 9}, "start.step: 9 is out of range; allowed: <= 5"),
-        ({"stp": 1}, "start: unknown key 'stp'; allowed: method, kT, seed, forces, relax, step;"),
         ({"method": "lin"}, "start.method: 'lin' is not known; allowed: file, polymerize, random, "
          "slabs, line; did you mean 'line'?"),
         ({"method": "slabs"}, "start.step: has no effect with method 'slabs'; take 'method: line'"),
-        ({"frame": 1}, "start.frame: has no effect with method 'line'; take 'method: file'"),
     ):  # fmt: skip
         with pytest.raises(UserError) as caught:
             Scene(SCENE | {"start": SCENE["start"] | start})

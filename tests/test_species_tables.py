@@ -9,12 +9,9 @@ from dpd.errors import UserError
 from dpd.observe.common.measured import Measured
 from dpd.observe.displacement import Displacement
 from dpd.particles.formats import read, write
-from dpd.report.captions import sweep_line
-from dpd.runs.auto import thermostat_time
 from dpd.runs.result import last_configuration
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from tests.test_captions import swept
 
 BLEND = {
     "dimension": 3,
@@ -64,15 +61,6 @@ def test_auto_looks_at_the_lightest_and_at_the_highest_friction():
         Scene(auto | {"thermostat": {"gamma": {"A A": 0, "A B": 0, "B B": 0}}})
 
 
-def test_the_time_of_the_thermostat():
-    """The mean of gamma / (2 mu) over pairs: for equal halves that of four pairs."""
-    rates = [4.5, 9 * (1 + 1 / 4) / 2, 9 * (1 + 1 / 4) / 2, 2 / 4]
-    assert thermostat_time(Scene(BLEND), 0.2) == pytest.approx(3 / (4 * np.mean(rates) * 0.2))
-    plain = BLEND | {"thermostat": {"gamma": 4.5}}
-    del plain["mass"]
-    assert thermostat_time(Scene(plain), 0.2) == pytest.approx(3 / (4 * 4.5 * 0.2))
-
-
 @pytest.mark.parametrize("suffix", ["gsd", "data", "nc"])
 def test_files_keep_masses(tmp_path, suffix):
     """Those of each species, also one that single precision does not have."""
@@ -104,14 +92,6 @@ def test_a_start_from_beads_of_other_masses_says_so(tmp_path):
     assert np.abs(system_of(scene).momenta(state).sum(axis=1)).max() < 1e-10
     heavy = state.velocity[:, state.species == 1]
     assert abs(4 * np.mean(heavy**2) - 1) < 5 * np.sqrt(2 / heavy.size)
-
-
-def test_a_caption_names_frictions_and_masses():
-    line = sweep_line(swept(BLEND, set=["one"]))
-    assert "gamma_AA = 4.5, gamma_AB = 9, gamma_BB = 2, uniform noise" in line
-    assert "masses m_A = 1, m_B = 4" in line
-    bath = sweep_line(swept(BLEND | LANGEVIN, set=["one"]))
-    assert "Langevin thermostat, gamma_A = 4.5, gamma_B = 9" in bath
 
 
 def test_displacements_are_those_of_centres_of_mass():

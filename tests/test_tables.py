@@ -118,17 +118,12 @@ def test_what_is_in_the_file_is_part_of_the_scene(folder):
 GOOD = "r,energy,force\n" + "".join(f"{r},{(1 - r) ** 2},{2 * (1 - r)}\n" for r in np.arange(9) / 8)
 BAD = [
     ("", "row 1: nothing instead of the columns r, energy, force"),
-    (GOOD.replace("force", "f"), "row 1: r, energy, f instead of the columns r, energy, force"),
     (GOOD.replace("0.25,0.5625", "0.25,o.5625"), "row 4, column energy: 'o.5625' is not a number"),
-    (GOOD.replace("0.25,0.5625,1.5", "0.25,0.5625"), "row 4, column force: '' is not a number"),
-    (GOOD.replace("0.25,0.5625", "0.25,nan"), "row 4, column energy: 'nan' is not a number"),
     (GOOD.replace("0.25,", "0.5,"), "row 5, column r: 0.375 is not above that before, 0.5"),
-    (GOOD.replace("1.0,", "1.5,"), "row 10, column r: 1.5; allowed: from 0 to 1"),
     (GOOD.replace("0.0,1.0,2.0\n0.125,0.765625,1.75\n", ""), "row 2, column r: 0.25 is far from 0"),
     (GOOD.replace("1.0,0.0,0.0\n", ""), "row 9, column energy: 0.015625 where the force ends"),
     (GOOD.replace("0.5625,1.5", "0.5625,1.2"),
      "row 5, column force: since the row before the mean force is 1.209"),
-    (GOOD[:60], "rows of numbers; allowed: >= 5"),
 ]  # fmt: skip
 
 
@@ -141,18 +136,3 @@ def test_what_is_wrong_is_told_with_row_and_column(folder, text, said):
     message = str(caught.value)
     assert said in message and "pair.B A: " in message and "unlike.csv: " in message, message
     assert "\n" not in message
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [({"A B": "none.csv"}, "none.csv: cannot be read"),
-     ({"A B": "unlike.csv", "B A": "soft.csv"}, "in the other order; keep one"),
-     ({"A C": "unlike.csv"}, "pair.A C: no molecule has the species 'C'"),
-     ({"A": "unlike.csv"}, "'A' is no name here; allowed: a pair of species"),
-     ({"A B": 3}, "pair.A B: 3 is not text"), ("unlike.csv", "is not keys and values")],
-)  # fmt: skip
-def test_pairs_and_files_that_are_not_there(folder, given, said):
-    """Each in a sentence."""
-    with pytest.raises(UserError) as caught:
-        Scene(PLAIN | {"pair": given})
-    assert said in str(caught.value)

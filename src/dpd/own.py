@@ -11,7 +11,7 @@ import linecache
 import os
 import sys
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import cache
 from importlib import invalidate_caches
 from importlib.util import module_from_spec, spec_from_file_location
 from inspect import signature
@@ -42,11 +42,9 @@ _importing: list[Path] = []  # files of pages that are imported just now
 
 
 def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any], str]:
-    """The pages of a file, by their keys, and the digest of the file.
+    """The pages of a file by their keys, and its digest; ``where`` is file and key for messages.
 
-    The digest that it must have is that of a result; nothing where a person names the file. A
-    UserError says if there is no such file, it is another one, it cannot be imported, or has no
-    page; ``where`` is file and key to name there.
+    The digest that it must have is that of a result; nothing where a person names the file.
     """
     path = Path(path)
     try:
@@ -102,8 +100,8 @@ def _wrong(key, page):
 def _module(path: Path, name: str, where: str) -> ModuleType:
     """The module of a file, imported once; those beside it are its own, as other folders have some.
 
-    So they stand under their bare names only while it is imported. After an edit that does not
-    count, as of what a page refuses, it is imported anew, under the same name.
+    After an edit that does not count, as of what a page refuses, it is imported anew, under the
+    same name.
     """
     files = files_of(path)
     text = [file.read_bytes() for file in files]
@@ -279,11 +277,8 @@ def _formulas(page, scene):
     distances = [k / 50 - 0.003 for k in range(1, 50)]
     for one, other in combinations_with_replacement(scene.species, 2):
         law, of = page.between(one, other), f"between {one} and {other}"
-        yield of, partial(_of_r, law.force), partial(_of_r, law.energy), distances
-
-
-def _of_r(formula, r):
-    return formula(r, 1 - r)
+        force, energy = ((lambda r, of=of: of(r, 1 - r)) for of in (law.force, law.energy))
+        yield of, force, energy, distances
 
 
 def blame(problem: BaseException, files: Collection[str]) -> str:

@@ -15,5 +15,4 @@ from dpd.page.base import (
     interval_setting, is_table, module_of, names, no_species, once, part, setting,
 )  # fmt: skip
 from dpd.page.observable import KINDS, Given, Observable
-from dpd.page.start import Start
-from dpd.page.term import BondedForce, BondForce, PairForce, Term
+from dpd.page.term import BondedForce, BondForce, PairForce, Start, Term

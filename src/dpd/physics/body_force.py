@@ -45,7 +45,10 @@ class DrivingForce(Term, key="body_force"):
         if self.opposite and "xyz".index(self.opposite) in scene.ended:
             text = f"there are walls along {self.opposite}, between which one flow is enough; "
             yield "opposite", f"{text}remove the key, or name an axis without walls"
-        if not (self.opposite or self._is_held(scene) or scene.brakes or self._adds_up(scene)):
+        strengths = np.array(scene.by_species(self.strength))
+        forces = np.bincount(scene.kinds, minlength=len(scene.species)) * strengths
+        adds_up = abs(forces.sum()) > BALANCED * abs(forces).sum()
+        if adds_up and not (self.opposite or self._is_held(scene) or scene.brakes):
             text = f"along {self.axis} nothing brakes the beads, and they would go faster and "
             text += "faster; give walls with a gamma, or 'opposite', or strengths of which the sum "
             yield "", f"{text}over all beads is 0"
@@ -56,12 +59,6 @@ class DrivingForce(Term, key="body_force"):
     def _is_held(self, scene):
         """Whether a wall stands against it."""
         return "xyz".index(self.axis) in scene.ended
-
-    def _adds_up(self, scene):
-        """Whether the forces on all beads add up to none."""
-        strengths = np.array(scene.by_species(self.strength))
-        forces = np.bincount(scene.kinds, minlength=len(scene.species)) * strengths
-        return abs(forces.sum()) <= BALANCED * abs(forces).sum()
 
     def changes(self, scene: Any) -> frozenset[Change]:
         """A flow, unless there is no force, or a wall stands against it."""
