@@ -227,14 +227,6 @@ def test_tails_of_interfaces_are_taken_off(decay, height):
     assert found == pytest.approx(0.03, abs=1e-4)
 
 
-def test_drifting_composition_is_not_settled():
-    """A fraction that still rises is seen; the same blocks without a trend have settled."""
-    steps = [slab_profile(phi, 10, seed=s)[0] for s, phi in enumerate((0.01, 0.02, 0.03, 0.04))]
-    z = slab_profile(0.01)[1]
-    assert not composition(slabs(np.concatenate(steps), z, 20.0), 1.0).settled
-    assert composition(slabs(slab_profile(0.02)[0], z, 20.0), 1.0).settled
-
-
 def test_chi_carries_the_error():
     """The error of chi is that of the fraction times the slope; no minority, no chi."""
     chi, error = chi_and_error(0.02, 0.001, 2)
@@ -253,24 +245,17 @@ def test_chi_carries_the_error():
         ({"value": 1.0, "rounding": 0.05}, 1.04, 0.0, verdicts.REPLICATED),
         ({"value": 1.0, "rounding": 0.05}, 1.07, 0.001, verdicts.DEVIATES),
         ({"value": 0.1, "error": 0.01}, 0.2, 0.3, verdicts.NOT_REACHED),
-        ({"value": 0.1, "error": 0.01}, 0.1, 0.051, verdicts.NOT_REACHED),
         ({"value": 0.533, "rival": 0.5}, 0.53, 0.02, verdicts.NOT_REACHED),
         ({"value": 0.533, "rival": 0.5}, 0.53, 0.01, verdicts.REPLICATED),
-        ({"value": 0.533, "rival": 0.5}, 0.516, 0.01, verdicts.NOT_REACHED),
         ({"value": 0.07}, 0.042, 0.025, verdicts.NOT_REACHED),
         ({"value": 0.07}, 0.052, 0.025, verdicts.REPLICATED),
         ({"value": 0.07}, 0.015, 0.025, verdicts.DEVIATES),
         ({"value": 0, "rival": 0.02}, 0.0, 0.02, verdicts.NOT_REACHED),
-        ({"value": 0, "rival": 0.02}, 0.5, 0.02, verdicts.DEVIATES),
         ({"value": 0}, 1.5, 1.0, verdicts.REPLICATED),
-        ({"value": 0}, 2.5, 1.0, verdicts.DEVIATES),
         ({"range": [None, 0]}, -0.1, 0.01, verdicts.REPLICATED),
-        ({"range": [None, 0]}, 0.1, 0.01, verdicts.DEVIATES),
-        ({"range": [0, 1]}, 1.01, 0.01, verdicts.NOT_REACHED),
         ({"range": [0, 1]}, 0.99, 0.01, verdicts.NOT_REACHED),
         ({"range": [0, 1]}, 0.97, 0.01, verdicts.REPLICATED),
         ({"range": [0, 1]}, 1.03, 0.01, verdicts.DEVIATES),
-        ({"range": [0, 1]}, 1.0, 0.0, verdicts.REPLICATED),
         ({"range": [0, 1]}, 0.5, 0.3, verdicts.NOT_REACHED),
         ({"range": [0, 1]}, 0.5, np.nan, verdicts.NOT_REACHED),
         ({"value": 1.0, "error": 0.1}, np.nan, np.nan, verdicts.NOT_REACHED),
@@ -289,12 +274,8 @@ def test_a_bound_has_no_error():
         found = judge({"range": limits}, Measured(value, np.nan, bound=True))
         assert (found.verdict, np.isnan(found.deviation)) == (verdict, True)
     assert judge({"value": 1.0}, Measured(1, np.nan, bound=True)).verdict == verdicts.NOT_REACHED
-
-
-def test_undecided_runs_get_no_verdict():
-    """A stated reason overrides the number."""
-    entry = {"value": 1.0, "error": 0.1}
-    assert judge(entry, Measured(1.0, 0.1, undecided="too short")).verdict == verdicts.NOT_REACHED
+    short = Measured(1.0, 0.1, undecided="too short")  # a reason overrides the number
+    assert judge({"value": 1.0, "error": 0.1}, short).verdict == verdicts.NOT_REACHED
 
 
 def test_values_keep_their_type_in_files(tmp_path):

@@ -7,8 +7,6 @@ import re
 
 import numpy as np
 import pytest
-import xarray as xr
-import yaml
 from PIL import Image
 
 from dpd import files
@@ -21,7 +19,6 @@ from dpd.pipeline.sweep import Axis, Point, Sweep, SweepFile
 from dpd.pipeline.theory import calculate, unfold_theory
 from dpd.report import archive
 from dpd.report.archive import keep_whole, manifest_of, restore
-from dpd.report.documents import paper_page
 from dpd.report.page import reached, shorter_points, write_page
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
@@ -253,7 +250,7 @@ def test_long_runs_go_to_another_machine_and_back(kept, results, long_study, tmp
     put_run(results, first, seconds=7300.0)
     keep(results)
     assert not list(kept.rglob("runs"))
-    with pytest.raises(UserError, match=r"no runs are kept there; .*--runs-from HOURS"):
+    with pytest.raises(UserError, match=r"no runs are archived there; .*--runs-from HOURS"):
         restore("long")
     keep(results, runs_from=2.0)
     (there,) = (kept / "long" / PAPER / "runs").rglob("*.nc")
@@ -305,19 +302,6 @@ def test_what_git_has_of_the_long_study():
     assert sum((folder / name).stat().st_size for name in there) <= archive.LIMIT
     for name, said in listed.items():
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == said["sha256"], name
-
-
-def test_the_page_of_a_paper_says_what_the_long_study_has_not_made(kept):
-    """It links to the pictures of the rest, and counts no rows of what is missing."""
-    table = verdict_table("liu_2008", "slope", {"kappa": ("simulated", "deviates", 2.0)})
-    (kept / LONG_STUDY).mkdir(parents=True)
-    table.to_csv(kept / LONG_STUDY / "verdicts.csv", index=False)
-    missing = ["liu_2008/fig05_pressure", "nikunen_2007/noise"]
-    (kept / LONG_STUDY / "manifest.yaml").write_text(yaml.safe_dump({"figures_missing": missing}))
-    part = paper_page("liu_2008").split("What the study `paper` finds")[1].split("\n## ")[0]
-    assert "Not made yet: Figure 5." in part
-    assert f"(../../results/archive/{LONG_STUDY}/liu_2008)" in part
-    assert "(slope.py)" in part and "(fig05_pressure.py)" not in part
 
 
 def page_of(results, archived, *sampling):
@@ -401,37 +385,6 @@ def test_whether_less_sampling_is_enough(results):
     assert not list(reached(paper(SAID | {"steps": STEPS}), table, rows))
 
 
-def put_sweep(results):
-    """A collected sweep, with what the report says of each."""
-    names = (
-        "kT", "beads", "steps", "momentum_per_bead", "bead_steps_per_second", "peak_memory_MiB",
-        "seconds",
-    )  # fmt: skip
-    path = results / PAPER / "sweeps" / f"{SWEEP}.nc"
-    path.parent.mkdir(parents=True)
-    data = xr.Dataset({name: ("length", np.ones(2)) for name in names}, attrs={"seconds": 1.0})
-    data.to_netcdf(path, engine="netcdf4")
-
-
-def test_sampling_in_the_report(results):
-    """Each point that has less, then what is decided, with links to the rows that are not."""
-    put_sweep(results)
-    put_figure(results / PAPER / "figures", PAPER, "drift", {})
-    put_figure(
-        results / PAPER / "figures", PAPER, "fig02_shapes",
-        {"kappa": ("simulated", "not reached at this scale", np.nan)},
-    )  # fmt: skip
-    said = SAID | {"steps": 10 * STEPS}
-    for sampling in ((said,), (SAID,), ()):
-        write_page("fast", "", [paper(*sampling)], results, results / "report.html")
-        text = (results / "report.html").read_text(encoding="utf-8")
-        part = text.partition('<h2 id="sampling">')[2].partition("<h2")[0]
-        assert bool(part) == bool(sampling) == ('href="#sampling"' in text)
-        assert ("length 4" in part) == (sampling == (said,))
-        assert ("One 1997 does not say" in part) == (sampling == (SAID,))
-        assert (f'<a href="#{PAPER}-fig02_shapes-1">κ</a>' in part) == (sampling == (said,))
-
-
 @pytest.mark.parametrize("name", read_config()["papers"])
 def test_what_the_papers_say_fits_their_sweeps(name):
     """In every study each statement is about points that are there; the source is named."""
@@ -446,27 +399,3 @@ def test_what_the_papers_say_fits_their_sweeps(name):
                 for sweep in said["sweeps"]:
                     (found,) = [a for a in whole.sweeps[sweep].axes if a.name == axis]
                     assert set(labels) <= set(found.labels)
-
-
-def test_statements_about_what_is_not_there(tmp_path, monkeypatch):
-    """A sweep or an axis that the paper has not is refused with a suggestion."""
-    from dpd.pipeline import study
-
-    (tmp_path / "papers").mkdir()
-    given = {"study": "paper", "papers": ["one"], "studies": {"paper": {"description": "fast"}}}
-    (tmp_path / "config.yaml").write_text(yaml.safe_dump(given))
-    monkeypatch.setattr(study, "CONFIG", tmp_path)
-    for said, words in (
-        ({"sweeps": ["fluids"]}, r"sampling\.0\.sweeps: no sweep 'fluids'"),
-        ({"sweeps": ["fluid"], "at": {"length": [1]}}, r"sweep fluid has no axis 'length'"),
-        ({"sweeps": ["fluid"], "steps": 1, "duration": 1.0}, "sampling"),
-        ({"sweeps": ["fluid"], "runs": 2}, "sampling"),
-    ):
-        given = {
-            "title": "One", "reference": "J. One", "figures": {},
-            "sweeps": {"fluid": {"scene": scene(2).data}},
-            "sampling": [said | {"where": "Sec. I"}],
-        }  # fmt: skip
-        (tmp_path / "papers" / "one.yaml").write_text(yaml.safe_dump(given))
-        with pytest.raises(UserError, match=words):
-            read_paper("one", "paper", only=[])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from paper_figures.cerius2_1998 import copolymer_melts, distributions, morphology, viscosity
+from paper_figures.cerius2_1998 import copolymer_melts, morphology, viscosity
 
 EDGE, CELLS = 10.0, 16
 
@@ -52,29 +52,6 @@ def test_where_a_resides(triblock):
     assert least < found["resides"].value < most
 
 
-def melts(symmetric, asymmetric):
-    """What `compute` gives of phases at chi 3, 4.5 and 6, two runs of each."""
-    parts = {}
-    for name, phases in (("symmetric", symmetric), ("asymmetric", asymmetric)):
-        parts[f"{name}_phase"] = (("chi", "replica"), np.reshape(phases, (3, 2)))
-        parts[f"{name}_spacing"] = (("chi", "replica"), np.full((3, 2), 6.0))
-    return xr.Dataset(parts, {"chi": [3.0, 4.5, 6.0]})
-
-
-def test_melts_that_order_and_that_do_not():
-    """A share of the runs from chi N 45 on; no verdict where most have no phase."""
-    runs = melts(
-        ["none", "none", "lamellae", "none", "lamellae", "lamellae"],
-        ["cylinders", "cylinders", "none", "none", "disordered", "cylinders"],
-    )
-    found = copolymer_melts.measured(runs)
-    assert found["symmetric"].value == 0.75 and not found["symmetric"].undecided
-    assert found["asymmetric"].value == 0.25 and found["asymmetric"].undecided
-    other = melts(["none"] * 6, ["lamellae"] * 6)
-    found = copolymer_melts.measured(other)
-    assert found["asymmetric"].value == 0 and not found["asymmetric"].undecided
-
-
 def test_vectors_of_a_lattice():
     """Multiples of one vector; sums of three at 60 degrees; none without a lattice."""
     vectors = np.array([[1, 0, 0], [3, 0, 0], [0, 2, 0], [1, 1, 0], [1, -2, 0], [0.5, 0, 0]])
@@ -86,17 +63,6 @@ def test_vectors_of_a_lattice():
     found = copolymer_melts.on_lattice(others, first)
     assert found.tolist() == [True, True, True, False, False]
     assert not copolymer_melts.on_lattice(others, np.empty((0, 0))).any()
-
-
-def test_the_mean_bond_counts_bonds():
-    """4 of A A, 2 of A B and 8 of B B, whatever their order."""
-    data = xr.Dataset(
-        {"mean": ("pair", [0.9, 0.7, 0.8]), "mean_error": ("pair", [0.0, 0.0, 0.014])},
-        {"pair": ["B B", "A A", "A B"]},
-    )
-    value, error = distributions.mean_bond(data)
-    assert value == pytest.approx((8 * 0.9 + 4 * 0.7 + 2 * 0.8) / 14)
-    assert error == pytest.approx(0.002)
 
 
 ETA, FORCE, BLOCKS = 0.8, 0.02, 30

@@ -7,7 +7,7 @@ from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start import start_digest
 from dpd.theory.repulsion import relation_at, unlike_repulsion
-from tests.test_cli import dpd, write
+from tests.test_cli import dpd
 
 
 @pytest.mark.parametrize(
@@ -25,12 +25,10 @@ def test_relations_as_printed(density, length, slope):
     ("values", "message"),
     [
         ({"chi": 2.9, "density": 3}, "allowed: 3 .* to 6"),
-        ({"chi": 6.1, "density": 5}, "allowed: 3 .* to 6"),
         ({"chi": 0.2, "density": 3, "length": 10}, "allowed: 0.3 "),
         ({"chi": 4, "density": 3.1}, "density 3.1; allowed, within 2%"),
         ({"chi": 4, "density": 5, "length": 4}, "molecules of 4 beads at density 5"),
         ({"chi": 4, "density": 3, "length": 11}, "2 to 10 beads"),
-        ({"chi": 4, "density": 3, "like": 30}, "30 between like beads .* 25"),
     ],
 )
 def test_outside_of_what_was_measured(values, message):
@@ -90,11 +88,7 @@ BAD = [
     ({"chi": {"A B": 4, "B A": 4}}, "other order"),
     ({"chi": {"A C": 4}}, "chi.A C: no molecule has the species 'C'; allowed: A, B"),
     ({"chi": {"A A": 4}}, "mixes with itself"),
-    ({"chi": {"A": 4}}, "a pair of species"),
-    ({"chi": {"A B": -1}}, "chi.A B: -1 is out of range"),
-    ({"chi": {"A B": "4"}}, "write 4 without quotes"),
     ({"repulsion": {"A A": 25, "B B": 26}}, "the same repulsion for A A and B B"),
-    ({"repulsion": {"A A": 25}}, "the same repulsion for A A and B B"),
     ({"repulsion": {"A A": 30, "B B": 30}}, "30 between like beads"),
     ({"box": [8, 8, 9]}, "chi.A B: no relation .* at density 2.667"),
     ({"dimension": 2}, "three dimensions"),
@@ -127,10 +121,3 @@ def test_the_command_answers_alone(tmp_path):
     refused = dpd("repulsion", "--chi", 4, "--density", 4, cwd=tmp_path)
     assert refused.returncode == 1 and "density 4" in refused.stderr
     assert dpd("repulsion", "--chi", "no", cwd=tmp_path).returncode == 2
-
-
-@pytest.mark.thorough
-def test_a_run_says_what_came_of_chi(tmp_path):
-    done = dpd("run", write(tmp_path / "s.yaml", BLEND), "-o", tmp_path / "run.nc", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "chi.A B: 4 makes a_ij 38.9860" in done.stdout

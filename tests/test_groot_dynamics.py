@@ -52,25 +52,6 @@ def test_the_wall_that_gives_three_pressures():
     assert np.isnan(walls.best_wall(data.isel(strength=[0, 1]))[0])
 
 
-def test_waves_widen_interfaces():
-    """Widths that follow theory have the ratio 1, with the error of widths and tension."""
-    areas = module("text_areas")
-    edge, sigma = np.array([5.0, 16.0, 8.0]), 1.6
-    theory = areas.OF_VARIANCE / (2 * np.pi * sigma)
-    width = np.sqrt(3 + theory * np.log(edge))
-    data = xr.Dataset(
-        {
-            "width": ("edge", width), "width_error": ("edge", np.full(3, 0.01)),
-            "sigma": sigma, "sigma_error": 0.016, "theory": theory,
-        },
-        {"edge": edge},
-    )  # fmt: skip
-    ratio, error = areas.rise(data)
-    assert ratio == pytest.approx(1)
-    widths = 2 * 0.01 * np.hypot(width[0], width[1]) / (theory * np.log(16 / 5))
-    assert error == pytest.approx(np.hypot(widths, 0.01))
-
-
 def test_viscosity_without_shear():
     """The constant of a straight line in the square of the rate."""
     rates, stress = np.array([0.2, 0.4, 0.8]), {"units": "kT / r_c^3"}
@@ -89,18 +70,6 @@ def test_viscosity_without_shear():
     assert found.at_rest.value == pytest.approx(0.3)
     assert found.slope == pytest.approx(-0.05 / 3)
     assert 0 < found.at_rest.error < 0.01
-
-
-def test_a_cube_slows_a_bead():
-    """What its images cost is put back, with the error of the viscosity."""
-    in_cube, nu = dynamics.Found(0.28, 0.003), dynamics.Found(0.3, 0.03)
-    found = dynamics.in_an_infinite_box(in_cube, 10.0, nu, 3.0, 1.0)
-    slowed = 2.837297 / (6 * np.pi * 3 * 0.58 * 10)
-    assert found.value == pytest.approx(0.28 + slowed)
-    assert found.error == pytest.approx(np.hypot(0.003, slowed * 0.03 / 0.58))
-    assert dynamics.Found(2.0, 0.2).over(dynamics.Found(4.0, 0.4)) == pytest.approx(
-        (0.5, 0.05 * np.sqrt(2))
-    )
 
 
 def test_labels_of_a_sweep():

@@ -6,7 +6,6 @@ import xarray as xr
 
 from dpd.analysis.diffusion import Resampled
 from dpd.analysis.published import published
-from dpd.analysis.relaxation import power
 from dpd.report.figures import load_module
 from paper_figures.liu_2008.plateau import plateau
 
@@ -35,22 +34,6 @@ def test_where_a_chain_goes_over_to_free_diffusion():
     inner, centre = curve(TIME + TIME**0.5), curve(TIME)
     assert figure._meeting(inner, centre)[0] == pytest.approx(1.0, rel=5e-3)
     assert np.isnan(figure._meeting(curve(10 * TIME), centre)[0])
-
-
-def test_level_stretches_beyond_the_chains_own_size():
-    """Undecided where the times end them; of their difference the larger error counts."""
-    figure = load_module(PAPER, "slope")
-    at = {
-        "beyond_first": 200.0, "beyond_last": 600.0, "beyond_decades": 0.48, "beyond_error": 0.1,
-        "rouse_first": 240.0, "rouse_last": 500.0, "rouse_decades": 0.32, "rouse_error": 0.2,
-        "duration": 1e4, "box_edge": 100.0,
-    }  # fmt: skip
-    for end, decided in ((5e3, True), (600.0, False)):
-        data = xr.Dataset(at).assign(time=("lag", [1.0, end])).expand_dims(run=["melts 100"])
-        long, longer = figure._beyond(data)
-        assert (long.value, long.error) == (0.48, 0.1)
-        assert (longer.value, longer.error) == pytest.approx((0.16, 0.2))
-        assert (long.undecided == "") == (longer.undecided == "") == decided
 
 
 def test_shapes_of_ideal_chains():
@@ -84,25 +67,6 @@ def test_ideal_chains_have_no_plateau(beads):
     limit, _ = published(PAPER)["level"]["range"]
     assert 0.5 < found.decades < 0.9 < limit
     assert low <= found.low < found.high <= high
-
-
-def test_exponents_of_relaxation_times():
-    """Of three lengths that ran ten tau; two are too few, whatever lies on them."""
-    figure = load_module(PAPER, "relaxation")
-    length = np.array([20.0, 50.0, 100.0, 200.0])
-    at = xr.Dataset(
-        {"tau": ("length", 0.1 * length**1.9), "tau_error": ("length", 1e-3 * length**1.9),
-         "long_enough": ("length", [1.0, 1.0, 1.0, 0.0])},
-        {"length": length},
-    )  # fmt: skip
-    counted = figure._counted(at)
-    assert counted[0].tolist() == [20, 50, 100]
-    assert power(*counted, 0, np.inf).exponent == pytest.approx(1.9)
-    two = at.assign(long_enough=("length", [1.0, 1.0, 0.0, 0.0]))
-    found = power(*figure._counted(two), 0, np.inf)
-    few = two.assign(exponent=found.exponent, exponent_error=found.error)
-    judged = figure._exponent(few.expand_dims(sweep=["melts"]), "melts")
-    assert np.isnan(judged.value) and "fewer than three" in judged.undecided
 
 
 def test_drift_of_the_closest_contact():

@@ -63,15 +63,6 @@ def test_no_figure_file_repeats_a_published_number(path):
     assert not again, f"{path.name}: read {sorted(map(str, again))} from published.yaml"
 
 
-def test_what_counts_as_repeated():
-    """In code and in strings, with any sign; not in comments, with fewer digits, within others."""
-    numbers = published_numbers("groot_warren_1997")
-    assert {Decimal("0.101"), Decimal("23.653"), Decimal("50.59"), Decimal("2.10")} <= numbers
-    assert Decimal("0.02") not in numbers
-    source = 'x = -0.306  # 0.689\ny = f"{x} of 23.653 and 0.1010, not 10.101 or 1.0101"\nz = 2.1'
-    assert repeated(source, numbers) == {Decimal("0.306"), Decimal("23.653"), Decimal("0.101")}
-
-
 @pytest.mark.parametrize("paper", PAPERS)
 def test_figures_of_published_numbers_exist(paper):
     """Those that measure a number and those that show it, once each."""

@@ -179,24 +179,6 @@ def test_a_page_on_nothing(tmp_path):
     assert 'id="verdicts"' not in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
-def luminance(color):
-    """WCAG 2, relative luminance."""
-    parts = (int(color[at : at + 2], 16) / 255 for at in (1, 3, 5))
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
-    return np.dot(linear, (0.2126, 0.7152, 0.0722))
-
-
-@pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
-def test_contrast(text, scheme):
-    """WCAG AA: 4.5 for text, on the page and on the heads of tables."""
-    block = re.findall(r":root \{(.*?)\}", text, re.S)[scheme]
-    colors = dict(re.findall(r"--(\w+): (#\w{6})", block))
-    for ground in ("page", "band"):
-        for ink in ("text", "soft", "link", "good", "bad", "open"):
-            low, high = sorted(luminance(colors[name]) for name in (ground, ink))
-            assert (high + 0.05) / (low + 0.05) >= 4.5, (ground, ink)
-
-
 def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
     """Runs, starts and measurements since it began, of all papers, and nothing older."""
     monkeypatch.setattr(workflow.time, "time", lambda: 1110.0)

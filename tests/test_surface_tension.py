@@ -87,7 +87,7 @@ def test_normal_pressure_is_the_same_everywhere(slab_run):
     assert np.abs(tangential - mean.mean()).max() > 10 * error.max()
 
 
-@pytest.mark.few(1)
+@pytest.mark.few("3D")
 @pytest.mark.parametrize("data", [FLUID, PLANE], ids=["3D", "2D"])
 def test_a_homogeneous_fluid_has_one_pressure(data):
     """In each slice, along the axis and across it: that of the box, within five errors."""

@@ -47,13 +47,6 @@ def test_points_are_those_of_the_axes():
     assert unfolded(longer).digest != sweep.digest
 
 
-def test_defaults_of_arguments_are_filled_in():
-    """As the settings of the calculation have them."""
-    given = {"theory": {"second_virial": {"repulsion": 25, "samples": 4}}, "axes": {}}
-    expected = {"repulsion": 25, "samples": 4, "beads": 1, "length": 0}
-    assert unfolded(given).points[0].calculation.plain() == expected
-
-
 def test_a_file_has_axes_values_and_coordinates(tmp_path):
     """Numbers over the axes, arrays over their own coordinate as well."""
     sweep = unfolded()
@@ -119,25 +112,8 @@ def test_a_sweep_without_axes(tmp_path):
     [
         ({"monomer": {}}, "no calculation 'monomer'; .*did you mean 'monomer_fluid'"),
         ({}, "need one calculation; allowed: monomer_fluid"),
-        ({"monomer_fluid": {}, "second_virial": {}}, "need one calculation"),
-        ({"monomer_fluid": {"density": 3}}, "the key 'repulsion' is missing"),
         ({"monomer_fluid": {"density": 0, "repulsion": 1}}, "density: 0 is out of range"),
         ({"monomer_fluid": {"density": 3, "repulsion": 1, "a": 2}}, "unknown key 'a'; allowed: de"),
-        ({"monomer_fluid": {"density": "many", "repulsion": 1}}, "density: .*many.* is not"),
-        ({"chain_pressure": {"density": 3, "repulsion": 1, "beads": 0}}, "beads: 0 is out of"),
-        ({"chain_pressure": {"density": 3, "repulsion": 1, "length": -1}}, "length: -1 is out of"),
-        ({"rest_length": {"stiffness": 9, "repulsion": 1, "length": 0}}, "length: 0 is out of"),
-        (
-            {
-                "cross_repulsion": {
-                    "one": {"density": 3, "repulsion": 25},
-                    "equation": "rGW",
-                    "other": {"density": 3, "repulsion": 25},
-                    "inverse_chi": 0.3,
-                }
-            },
-            "equation: rGW is for mixtures without heat",
-        ),
     ],
 )
 def test_what_cannot_be_calculated_is_refused(theory, said):
@@ -169,15 +145,6 @@ def test_a_calculation_that_is_broken_is_one_sentence(tmp_path, monkeypatch):
         (
             {"chain_repulsion": {"equation": "crGW", "density": 3, "pressure": 1e6, "beads": 2}},
             "pressure: no repulsion up to .* gives 1e[+]06",
-        ),
-        (
-            {"rest_length": {"stiffness": 0.001, "repulsion": 25, "length": 0.4, "density": 3}},
-            "bond length: with a stiffness of 0.001 .*beyond the grid of the integral equation",
-        ),
-        (
-            {"cross_repulsion": {"one": {"density": 3, "repulsion": 25},
-                                 "other": {"density": 3, "repulsion": 25}, "inverse_chi": 1e-3}},
-            "chi: no repulsion gives 1000; allowed: ",
         ),
         ({"second_virial": {"repulsion": 25, "samples": 9}}, "samples: 9 are too few; allowed: 64"),
     ],
