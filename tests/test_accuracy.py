@@ -93,12 +93,7 @@ def test_cheapest_is_the_fastest_that_is_surely_good():
     assert cheapest(data, data.seconds, ["pressure"], 0.01)[:2] == ("gw-vv-0.5", 0.02)
     assert cheapest(data, data.seconds, ["pressure"], 0.003)[:2] == ("aboba", 0.04)
     assert cheapest(data, data.seconds, ["pressure"], 1e-5) is None
-
-
-def test_all_that_is_asked_for_must_be_good():
-    data = study([1.0, 1.0, 1.0]).sel(gamma=4.5)
-    data["kT"] = data.kT + 0.02 * (data.scheme == "gw-vv-0.5")
-    assert cheapest(data, data.seconds, ["pressure"], 0.01).scheme == "gw-vv-0.5"
+    data["kT"] = data.kT + 0.02 * (data.scheme == "gw-vv-0.5")  # all that is asked for
     assert cheapest(data, data.seconds, ["pressure", "kT"], 0.01).scheme == "shardlow"
 
 
@@ -131,13 +126,12 @@ def test_auto_takes_the_row_of_the_table(measured):
     assert guess(Scene(SCENE | MELT)).scheme == "dpd-vv"
 
 
-def test_auto_goes_slower_where_the_scene_is_stiffer(measured):
-    stiff = Scene(SCENE | {"repulsion": {"A A": 100}})
-    assert stiff.dt == pytest.approx(0.025)
-    bonds = Scene(SCENE | MELT | {"bond": {"stiffness": 800, "length": 0.95}})
-    assert bonds.dt == pytest.approx(0.01)
-    soft = Scene(SCENE | {"repulsion": {"A A": 5}})
-    assert soft.dt == pytest.approx(0.05)
+@pytest.mark.parametrize("change, dt", [
+    ({"repulsion": {"A A": 100}}, 0.025), ({"repulsion": {"A A": 5}}, 0.05),
+    (MELT | {"bond": {"stiffness": 800, "length": 0.95}}, 0.01),
+])  # fmt: skip
+def test_auto_goes_slower_where_the_scene_is_stiffer(measured, change, dt):
+    assert Scene(SCENE | change).dt == pytest.approx(dt)
 
 
 @pytest.mark.parametrize(
@@ -147,14 +141,10 @@ def test_auto_goes_slower_where_the_scene_is_stiffer(measured):
         ({"integrator": {"scheme": "auto", "dt": 0.01}}, "integrator.dt: .*remove the key"),
         ({"integrator": {"scheme": "gw-vv", "dt": 0.01, "tolerance": 0.01}}, "only scheme 'auto'"),
         ({"integrator": {"scheme": "gw-vv"}}, "the key 'dt' is missing"),
-        (
-            {"thermostat": {"gamma": 100}},
-            "gamma: 100 is more .*: shardlow, lowe-andersen, aboba hold gamma 200 at dt 0.04",
-        ),
+        ({"thermostat": {"gamma": 100}}, "gamma: 100 is more .*: shardlow, lowe-andersen, aboba"),
         ({"thermostat": {"gamma": 0}}, "without friction"),
         ({"thermostat": {"kind": "langevin"}}, "Langevin"),
         ({"core": {"radius": 0.15, "force": 100}}, "rigid core"),
-        ({"box": [5, 5]}, "2 edges in 3 dimensions"),
     ],
 )
 def test_auto_says_where_it_cannot_choose(measured, change, message):

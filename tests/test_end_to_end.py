@@ -1,6 +1,6 @@
 """Correlations by multiple tau are those of the whole series: of any, and of chains."""
 
-from itertools import pairwise
+from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
@@ -108,57 +108,29 @@ SCENE = {
 CHAINS = [*[range(f, f + 8) for f in (4, 12, 20)], *[range(f, f + 3) for f in (34, 37, 40, 43)]]
 
 
-class States:
-    """An observer that keeps simulations as it saw them."""
-
-    every = 2
-
-    def __init__(self):
-        self.arrays, self.seen = {}, []
-
-    def sample(self, simulation):
-        self.seen.append(Snapshot(simulation.system, simulation.state))
-
-
-def end_to_end(place, beads, box):
-    """From the first bead of a chain to the last, from bead to bead by the shortest way."""
-    vector = np.zeros(3)
-    for one, other in pairwise(beads):
-        for k in range(3):
-            vector[k] += min(
-                (place[k, other] - place[k, one] + s * box[k] for s in (-1, 0, 1)), key=abs
-            )
-    return vector
-
-
 @pytest.fixture(scope="module")
 def chain_run():
-    """A run of chains among single beads: its observer, its states, and (samples, 3, chains)
-    end-to-end vectors."""
-    scene, states = Scene(SCENE), States()
-    system = system_of(scene)
+    """A run of chains among single beads: its observer, its samples, and (samples, 3, chains)
+    end-to-end vectors, from bead to bead by the shortest way."""
+    scene, seen = Scene(SCENE), []
+    system, edges = system_of(scene), np.array(scene.box)[:, None]
     observer = observables(scene, system)[0]
-    run(Simulation(system, make_start(scene)), scene.steps, [observer, states])
-    places = np.array([by_identity(simulation, "position") for simulation in states.seen])
-    vectors = np.array(
-        [[end_to_end(place, beads, scene.box) for beads in CHAINS] for place in places]
+    watch = SimpleNamespace(
+        every=2, arrays={}, sample=lambda now: seen.append(Snapshot(now.system, now.state))
     )
-    return scene, observer, states.seen, places, vectors.transpose(0, 2, 1)
-
-
-def test_chains_lie_across_the_boundary(chain_run):
-    """Each of them at some time, and some reach further than half an edge: the nearest image
-    of one end is not the vector to it."""
-    scene, _, _, places, vectors = chain_run
-    edges = np.array(scene.box)[:, None]
-    for beads in CHAINS:
-        assert (np.abs(np.diff(places[:, :, list(beads)], axis=2)) > edges / 2).any()
-    assert (np.abs(vectors) > edges / 2).sum() > 10
+    run(Simulation(system, make_start(scene)), scene.steps, [observer, watch])
+    places = np.array([by_identity(simulation, "position") for simulation in seen])
+    flights = [np.diff(places[:, :, list(beads)], axis=2) for beads in CHAINS]
+    assert all((np.abs(each) > edges / 2).any() for each in flights)  # across the boundary
+    vectors = [(each - edges * np.round(each / edges)).sum(axis=2) for each in flights]
+    return scene, observer, seen, np.stack(vectors, axis=2)
 
 
 def test_every_lag_is_that_of_the_whole_run(chain_run):
     """To 1e-10, for each chain of both kinds; the same pairs once more by parts of the run."""
-    _, observer, _, _, vectors = chain_run
+    scene, observer, _, vectors = chain_run
+    # Some reach further than half an edge: the nearest image of one end is not the vector to it.
+    assert (np.abs(vectors) > np.array(scene.box)[:, None] / 2).sum() > 10
     found = {name: variable[1] for name, variable in observer.variables().items()}
     assert vectors.shape == (1700, 3, len(CHAINS))
     expected = [(n, apart) for n, apart in LAGS if apart < 256]
@@ -181,7 +153,7 @@ def test_every_lag_is_that_of_the_whole_run(chain_run):
 @pytest.mark.parametrize("taken", [1, 877])
 def test_arrays_are_all_that_goes_on(chain_run, taken):
     """A fresh observer that is given the arrays half-way ends with the same bits."""
-    scene, whole, seen, _, _ = chain_run
+    scene, whole, seen, _ = chain_run
     half, other = (observables(scene, system_of(scene))[0] for _ in range(2))
     for simulation in seen[:taken]:
         half.sample(simulation)

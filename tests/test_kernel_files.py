@@ -1,10 +1,8 @@
 """Compiled kernels on the disk are those of their arguments, whoever else compiles meanwhile."""
 
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -82,16 +80,6 @@ def test_two_processes_write_at_the_same_time(python, tmp_path):
     ]
     assert [answer(process) for process in both] == ["4", "5.0"]
     assert answer(python(USE)) == "[4, 5.0] 2"
-
-
-def test_a_file_of_other_arguments_is_not_used(python, tmp_path):
-    """Here on purpose; two digests may also be the same by chance."""
-    for value in ("2", "2.5"):
-        (tmp_path / "other").touch()
-        answer(python(COMPILE, value, "mine", "other"))
-    one, other = Path(tmp_path / "cache").rglob("*.nbc")
-    shutil.copy(one, other)
-    assert answer(python(USE)) == "[4, 5.0] 1"
 
 
 WATCH = """

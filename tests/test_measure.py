@@ -1,8 +1,6 @@
 """Measurements of the engine: what is refused, what is planned, and each one made small."""
 
-import os
 import shutil
-from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -10,21 +8,16 @@ import pytest
 import xarray as xr
 import yaml
 
-from benchmarks import beside, scaling
-from benchmarks.costs import labelled_schemes, observing, observing_as_text, schemes
+from benchmarks import beside
 from benchmarks.lammps import installed
 from benchmarks.measure import MEASUREMENTS, measure
 from benchmarks.systems import workload
 from benchmarks.tension import profiles_known
-from dpd.analysis.verdicts import COLUMNS
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.page import Observable, names
 from dpd.pipeline import study
 from dpd.pipeline.paper import Measurement, read_paper
-from dpd.pipeline.paths import Results
-from dpd.report.figures import joined_verdicts, load_module, make_figure
-from dpd.report.page import write_page
+from dpd.report.figures import load_module, make_figure
 from dpd.report.text import typeset
 from tests.test_pipeline import copy_repository, planned
 
@@ -205,50 +198,6 @@ def test_scaling(results):
     assert 0.1 < float(data.start_up[0]) < 60
 
 
-def test_a_fluid_that_is_hot_is_not_timed(monkeypatch):
-    """Its beads would not stand as in a fluid at rest."""
-    monkeypatch.setattr(scaling, "HOTTEST", 0.5)
-    with pytest.raises(UserError, match="before timing"):
-        scaling.rates([scaling.fluid(500, 3.0)], 1e3, 1, quiet)
-
-
-def test_a_machine_with_one_core(monkeypatch):
-    """Two threads would wait for each other there; they are left out."""
-    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
-    fluids = [scaling.fluid(500, 3.0), scaling.fluid(500, 1.0)]
-    found = scaling.rates(fluids, 1e3, 3, quiet)
-    assert found.shape == (2, 2, 3)
-    assert (found[:, 0] > 1e3).all() and np.isnan(found[:, 1]).all()
-
-
-@pytest.mark.thorough
-def test_schemes_by_name(results):
-    """Each scheme on both workloads, gw-vv with both lambdas; friction twice costs more."""
-    cost = made(results, "schemes").cost
-    assert list(cost.scheme.values) == list(labelled_schemes())
-    assert {"gw-vv-0.5", "gw-vv-0.65", "dpd-vv", "shardlow"} <= set(cost.scheme.values)
-    assert (cost > 0).all()
-
-
-def test_a_scheme_that_blows_up_is_left_out():
-    """NaN for it, and what happened is said."""
-    wild = workload("W1", box=5, start={}, **FEW)
-    said = []
-    data = schemes({"W1": wild}, turns=1, dt=0.5, say=said.append)
-    assert np.isnan(data.cost.sel(scheme="euler")).all()
-    assert any("euler" in line and "blew up" in line for line in said)
-    assert "Left out" in data.description and "euler on W1" in data.description
-
-
-@pytest.mark.thorough
-def test_every_observable_has_a_cost_where_it_measures_anything():
-    """A line for each, with its default interval; none for what only bonds have."""
-    found = observing({"fluid": FLUID.data | {"box": 4}}, 1, quiet)
-    assert {"thermo", "displacement", "trajectory"} < set(found) < set(names(Observable))
-    lines = observing_as_text(found, ["fluid"]).splitlines()
-    assert len(lines) == 2 + len(found) and "end_to_end" not in "".join(lines)
-
-
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", FIGURES)
 def test_figures_are_made(results, name):
@@ -263,22 +212,3 @@ def test_figures_are_made(results, name):
     caption = (folder / f"{name}.html").read_text()
     assert typeset(made(results, name).attrs["description"]) in caption
     assert '<th scope="col">' in caption
-
-
-@pytest.mark.thorough
-def test_the_page_of_a_paper_without_sweeps_and_verdicts(results, tmp_path):
-    """Its figures and what they cost; no empty table."""
-    for name in FIGURES:
-        drawn(results, name)
-    path_of(results, "schemes")
-    whole = read_paper("benchmark", "smoke")
-    figures = {name: whole.figures[name] for name in FIGURES}
-    paper = replace(whole, sweeps={}, figures=figures, measurements=tuple(SIZES))
-    table = joined_verdicts(Results(results).figure("benchmark", name, "csv") for name in FIGURES)
-    assert list(table.columns) == COLUMNS and len(table) == 0
-    write_page("smoke", "Small.", [paper], results, tmp_path / "page.html", "3 runs in 2 s")
-    page = (tmp_path / "page.html").read_text()
-    assert page.count("data:image/png;base64,") == len(FIGURES)
-    assert 'id="verdicts"' not in page and "momentum per bead" not in page
-    assert "What the workflow took until this page was made: 3 runs in 2 s." in page
-    assert ">measurements</td>" in page and "first configurations" not in page

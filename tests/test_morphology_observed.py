@@ -1,5 +1,7 @@
 """Density fields, structure factors, mixing and diffusion of beads whose places are known."""
 
+from itertools import combinations_with_replacement
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,6 @@ from dpd.files import read
 from dpd.observe.common.measured import observables
 from dpd.observe.density_field import grid_shape
 from dpd.observe.structure_factor import wave_numbers
-from dpd.pipeline.plan import sizes_of
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -83,18 +84,6 @@ def test_a_field_counts_beads_in_cells(name):
     np.testing.assert_allclose(found["field_x"], (np.arange(7) + 0.5) * 6 / 7)
 
 
-def test_all_beads_are_in_a_field_also_at_the_faces():
-    """Positions of 0, and of the last number below the edge."""
-    scene = Scene(PLANE)
-    position = np.zeros((2, scene.beads))
-    position[:, :10] = np.nextafter(np.array(scene.box), 0)[:, None]
-    _, found = look(PLANE, {"density_field": {"every": 60}}, position)
-    field = found["density_field"][0]
-    cell = scene.volume / field[0].size
-    assert field.sum() * cell == pytest.approx(scene.beads, rel=1e-6)
-    assert (field > 0).sum(axis=(1, 2)).tolist() == [2, 2, 1]  # of A, B and C
-
-
 def test_frames_that_a_lost_run_did_not_come_to_are_empty():
     """NaN, not zero."""
     settings = {"density_field": {"every": 10, "average": 2}}
@@ -136,60 +125,37 @@ def test_structure_factors_are_those_of_their_definition(name):
             )
 
 
-# Mixing.
-
-
-def brute_order(scene, position):
-    """Warren-Cowley order of all pairs of species, from all distances."""
+def distances(scene, position):
+    """(beads, beads) array, at nearest images."""
     apart = position[:, :, None] - position[:, None]
     edges = np.array(scene.box)[:, None, None]
-    apart -= edges * np.round(apart / edges)
-    near = np.triu((apart**2).sum(axis=0) < 1, 1)
-    total, beads = near.sum(), scene.beads
-    found = []
-    for a in range(len(scene.species)):
-        for b in range(a + 1, len(scene.species)):
-            one, other = scene.kinds == a, scene.kinds == b
-            unlike = near[one][:, other].sum() + near[other][:, one].sum()
-            share = 2 * one.sum() * other.sum() / (beads * (beads - 1))
-            found.append(1 - unlike / total / share)
-    return found
+    return np.sqrt(((apart - edges * np.round(apart / edges)) ** 2).sum(axis=0))
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_mixing_is_that_of_all_pairs(name):
-    """By brute force, for three species."""
+def test_mixing_and_energies_are_those_of_all_pairs(name):
+    """By brute force, for three species: Warren-Cowley order, and a (1 - r)^2 / 2."""
     scene = Scene(SCENES[name])
     positions = [places(scene, seed) for seed in range(3)]
-    _, found = look(SCENES[name], {"mixing": {"every": 20}}, *positions)
-    assert list(found["unlike_pair"]) == ["A B", "A C", "B C"]
-    expected = [brute_order(scene, position) for position in positions]
-    np.testing.assert_allclose(found["short_range_order"], expected, atol=1e-12)
-    np.testing.assert_allclose(found["mixing_time"], [0.8, 1.6, 2.4])
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_energies_of_pairs_are_those_of_all_pairs(name):
-    """By brute force, for three species; their sum is that of all."""
-    scene = Scene(SCENES[name])
-    positions = [places(scene, seed) for seed in range(3)]
-    _, found = look(SCENES[name], {"pair_energies": {"every": 20}}, *positions)
-    assert list(found["energy_pair"]) == ["A A", "A B", "A C", "B B", "B C", "C C"]
-    for position, block in zip(positions, found["energy_of_pair"], strict=True):
-        apart = position[:, :, None] - position[:, None]
-        edges = np.array(scene.box)[:, None, None]
-        apart -= edges * np.round(apart / edges)
-        w = np.maximum(1 - np.sqrt((apart**2).sum(axis=0)), 0)
-        a = np.asarray(scene.repulsion)[scene.kinds][:, scene.kinds]
-        energy = np.triu(0.5 * a * w**2, 1)
-        energy = energy + energy.T
-        expected = [
-            energy[scene.kinds == i][:, scene.kinds == j].sum() / (2 if i == j else 1)
-            for i in range(3)
-            for j in range(i, 3)
-        ]
-        np.testing.assert_allclose(block, expected, rtol=1e-9)
-        assert block.sum() == pytest.approx(energy.sum() / 2)
+    _, mixing = look(SCENES[name], {"mixing": {"every": 20}}, *positions)
+    _, energies = look(SCENES[name], {"pair_energies": {"every": 20}}, *positions)
+    assert list(mixing["unlike_pair"]) == ["A B", "A C", "B C"]
+    assert list(energies["energy_pair"]) == ["A A", "A B", "A C", "B B", "B C", "C C"]
+    np.testing.assert_allclose(mixing["mixing_time"], [0.8, 1.6, 2.4])
+    a = np.asarray(scene.repulsion)[scene.kinds][:, scene.kinds]
+    beads = [scene.kinds == kind for kind in range(3)]
+    for sample, position in enumerate(positions):
+        r, order, energy = distances(scene, position), [], []
+        np.fill_diagonal(r, 1.0)
+        for i, j in combinations_with_replacement(range(3), 2):
+            of_both, once = r[beads[i]][:, beads[j]], 2 if i == j else 1
+            within = a[beads[i]][:, beads[j]] * np.maximum(1 - of_both, 0) ** 2 / 2
+            energy.append(within.sum() / once)
+            if i != j:
+                share = 2 * of_both.size / (scene.beads * (scene.beads - 1))
+                order.append(1 - (of_both < 1).sum() / ((r < 1).sum() / 2) / share)
+        np.testing.assert_allclose(mixing["short_range_order"][sample], order, atol=1e-12)
+        np.testing.assert_allclose(energies["energy_of_pair"][sample], energy, rtol=1e-9)
 
 
 # Diffusion.
@@ -247,13 +213,6 @@ def same(one, other):
         np.array_equal(one[name], other[name], equal_nan=one[name].dtype.kind == "f")
         for name in one
     )
-
-
-def test_a_plan_knows_how_large_fields_are():
-    """Four bytes for each cell, species and frame, and little else."""
-    observe = [{"density_field": {"every": 1, "average": 2, "spacing": 0.1}}]
-    sizes = sizes_of(Scene(SOLID | {"observe": observe}))
-    assert sizes.kept == pytest.approx(4 * 30 * 3 * 60 * 50 * 40 / 2**20, rel=1e-3)
 
 
 # What is refused.

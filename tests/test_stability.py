@@ -51,26 +51,21 @@ def test_blown_up_runs_have_a_time_and_no_temperature():
 
 
 @pytest.mark.parametrize(
-    ("kind", "expected"),
+    ("kind", "unsure", "expected"),
     [
-        ([STABLE, STABLE, OFF, FAR], (0.02, 0.04)),
-        ([STABLE, OFF, STABLE, LOST], (0.01, 0.02)),
-        ([STABLE, STABLE, STABLE, STABLE], (0.08, np.nan)),
-        ([FAR, FAR, LOST, LOST], (np.nan, 0.01)),
+        ([STABLE, STABLE, OFF, FAR], [], (0.02, 0.04)),
+        ([STABLE, OFF, STABLE, LOST], [], (0.01, 0.02)),
+        ([STABLE, STABLE, STABLE, STABLE], [], (0.08, np.nan)),
+        ([FAR, FAR, LOST, LOST], [], (np.nan, 0.01)),
+        ([STABLE, OFF, STABLE, OFF], [1, 3], (0.04, 0.08)),
+        ([STABLE, OFF, STABLE, OFF], [3], (0.01, 0.02)),
+        ([OFF, OFF, OFF, LOST], [0, 1], (np.nan, 0.01)),
     ],
 )
-def test_the_edge_lies_where_stability_first_ends(kind, expected):
-    """As long as all are sure."""
-    found = edge(np.array([0.01, 0.02, 0.04, 0.08]), kind, np.full(4, True))
+def test_the_edge_lies_where_stability_first_ends(kind, unsure, expected):
+    """Where a larger step is stable a sure failure ends it, and an unsure one only at the end."""
+    found = edge(np.array([0.01, 0.02, 0.04, 0.08]), kind, ~np.isin(range(4), unsure))
     assert found == pytest.approx(expected, nan_ok=True)
-
-
-def test_an_unsure_failure_does_not_end_stability():
-    """Where a larger step is stable; a sure one does, and an unsure one at the end too."""
-    dt, kind = np.array([0.01, 0.02, 0.04, 0.08]), [STABLE, OFF, STABLE, OFF]
-    assert edge(dt, kind, np.array([True, False, True, False])) == (0.04, 0.08)
-    assert edge(dt, kind, np.array([True, True, True, False])) == (0.01, 0.02)
-    assert edge(dt, [OFF, OFF, OFF, LOST], np.array([False, False, True, True]))[1] == 0.01
 
 
 def test_the_step_at_which_heat_reaches_a_tenth():
@@ -167,17 +162,10 @@ def test_the_map_says_what_it_was_made_of(sweeps):
     assert table.loc[("repulsion a", "4")].tolist() == [
         "0.175", "0.35: kT +5.0 ± 0.1 %", "0.495 ± 0.099",
     ]  # fmt: skip
-    assert table.loc[("F_max, r_s 0.25", "1")].tolist() == [
-        "none (< 0.00546875)", "0.00546875: blows up after 0.55 tau", "–",
-    ]  # fmt: skip
     text = " ".join(module.warnings(data))
     assert "No step that was tried is stable at F_max, r_s 0.15 1, 2, 4, 8, 16, 32" in text
-    assert "is 10 % off over F_max, r_s 0.15; F_max, r_s 0.25; C." in text
-    assert "too short" not in text and "below 1" not in text
-    figure = module.draw(data)
-    drawn = [panel for panel in figure.axes if "dashed" in panel.get_title()]
-    assert len(figure.axes) == 6 and len(drawn) == 3
-    plt.close(figure)
+    assert len(module.draw(data).axes) == 6
+    plt.close()
 
 
 def without_units(data):
@@ -234,11 +222,6 @@ def test_orders_of_drift_and_fluctuation(long_sweeps):
     text = " ".join(module.warnings(data))
     assert "Of 6 trends 1 exceed two standard errors" in text
     assert "The largest is 7.0 standard errors" in text
-    assert "no drift is seen in 40 tau at dt 0.001." in text
-    table = module.table(data)
-    assert len(table) == 6
-    assert table.iloc[1, 6] == "0.00280 ± 0.00040"
-    assert table.iloc[0, 3] == "0.0 ± 1.0"
-    figure = module.draw(data)
-    assert len(figure.axes) == 3
-    plt.close(figure)
+    assert module.table(data).iloc[1, 6] == "0.00280 ± 0.00040"
+    assert len(module.draw(data).axes) == 3
+    plt.close()

@@ -146,6 +146,8 @@ def test_what_a_run_between_walls_holds(channel):
     beads = np.nansum(values["bead_profile"], axis=1) * layer
     np.testing.assert_allclose(beads, scene.beads)
     np.testing.assert_allclose(values["density_profile"].sum(axis=(1, 2)) * layer, scene.beads)
+    beyond = np.abs(values["layer"] - 2.5) > 2.5 + layer / 24  # the whole layer behind a plane
+    assert beyond.any() and not np.nansum(values["bead_profile"][:, beyond])
     kinetic = 1.5 * scene.beads * values["kT"]
     parts = values["pair_energy"] + values["bond_energy"] + values["wall_energy"]
     np.testing.assert_allclose(values["total_energy"], kinetic + parts)

@@ -1,22 +1,13 @@
-"""Which bonds cross, in exact arithmetic and by looking at every pair.
+"""Which bonds cross, by the side on which ends lie of a line, for every pair at every image."""
 
-It shares nothing with the engine: ends are compared by the side on which they lie of a line,
-in Python's integers, and every image of a bond is looked at instead of the nearest one.
-"""
-
-from fractions import Fraction
 from itertools import product
-from math import lcm
 
 import numpy as np
-
-SLACK = 1e-6  # r_c, thousands of times what the boxes around the bonds are rounded by
 
 
 def side(a, b, c):
     """1, 0 or -1: c lies left of the line from a to b, on it, or right of it."""
-    turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    return (turn > 0) - (turn < 0)
+    return np.sign((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 def meet(a, b, c, d):
@@ -34,48 +25,18 @@ def meet(a, b, c, d):
     )
 
 
-def whole_numbers(position, box):
-    """Points and edges as whole numbers of one small unit, which every float is."""
-    exact = [Fraction(float(x)) for x in (*np.ravel(position), *box)]
-    unit = lcm(*(x.denominator for x in exact))
-    whole = [int(x * unit) for x in exact]
-    return list(zip(*np.reshape(np.array(whole[:-2], object), position.shape))), whole[-2:]
-
-
 def crossings_by_looking(position, members, box):
     """Pairs of bonds with a point but no bead in common, as a set of (smaller, larger).
 
-    For bonds shorter than half the smallest edge, between beads inside the box.
-    """
-    points, edges = whole_numbers(position, box)
-    ends = []
-    for first, second in members:
-        a, b = points[first], points[second]
-        ends.append((a, tuple(x - e * round(Fraction(x - y, e)) for x, y, e in zip(b, a, edges))))
-    found = set()
-    for image in product((-1, 0, 1), repeat=2):
-        for i, j in overlapping(position, members, box, image):
-            if set(map(int, members[i])) & set(map(int, members[j])):
-                continue
-            moved = [tuple(x + s * e for x, s, e in zip(p, image, edges)) for p in ends[j]]
-            if meet(*ends[i], *moved):
-                found.add((i, j))
-    return found
-
-
-def overlapping(position, members, box, image):
-    """Pairs i < j of bonds that may meet once j is moved by whole edges.
-
-    The boxes around the others are apart by more than any rounding: no more is decided in
-    floats, and few pairs are left to compare exactly.
+    For bonds shorter than half the smallest edge, none of which touches another within rounding.
     """
     edges = np.array(box)[:, None]
-    first = position[:, members[:, 0]]
-    along = position[:, members[:, 1]] - first
-    along -= edges * np.round(along / edges)
-    low, high = np.minimum(first, first + along), np.maximum(first, first + along)
-    move = np.array(image)[:, None] * edges
-    near = (low[:, :, None] <= (high + move)[:, None] + SLACK) & (
-        (low + move)[:, None] <= high[:, :, None] + SLACK
-    )
-    return [(int(i), int(j)) for i, j in np.argwhere(np.triu(near.all(axis=0), 1))]
+    one = position[:, members[:, 0]]
+    along = position[:, members[:, 1]] - one
+    other = one + along - edges * np.round(along / edges)
+    a, b, cross = one[:, :, None], other[:, :, None], False
+    for image in product((-1, 0, 1), repeat=2):
+        c, d = ((end + np.array(image)[:, None] * edges)[:, None] for end in (one, other))
+        cross |= (side(a, b, c) != side(a, b, d)) & (side(c, d, a) != side(c, d, b))
+    cross &= (members[:, None, :, None] != members[:, None]).all(axis=(2, 3))
+    return {(int(i), int(j)) for i, j in np.argwhere(np.triu(cross, 1))}

@@ -80,25 +80,6 @@ def test_threads_and_calls_change_no_bit(name):
             np.testing.assert_array_equal(getattr(sums, name), getattr(first, name))
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize("box", [(2.4, 2.5, 2.6), (2.4, 2.7)], ids=["3D", "2D"])
-def test_many_pairs_at_a_high_density(box):
-    """At density 8 a bead has 12 or more pairs, there is room for 4 to begin with.
-
-    In one call, whose later steps find larger buffers, ten steps are those of the reference.
-    """
-    count = round(8 * np.prod(box))
-    name, steps = "dpd-vv, 2D, list", fewer_in_python(10)
-    simulation, reference = beside(name, box=box, count=count, dt=0.004)
-    near = reference.separation(*np.triu_indices(count, 1))[1] < 1
-    assert near.sum() > 10 * count
-    simulation.advance(steps)
-    for _ in range(steps):
-        reference.step()
-    assert np.abs(simulation.unfolded - reference.position).max() < 1e-9
-    assert np.abs(by_identity(simulation, "velocity") - reference.velocity).max() < 1e-9
-
-
 @pytest.mark.few("gw-vv", "dpd-vv, 2D, list", "many-body")
 @pytest.mark.parametrize("name", [
     "gw-vv", "gw-vv, 2D", "dpd-vv", "dpd-vv, 2D, list", "core, list", "by species",

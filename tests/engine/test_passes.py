@@ -1,6 +1,7 @@
 """Bonds that pass through each other are those that the roots of a cubic say, each pair once."""
 
 from itertools import pairwise, permutations, product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -90,28 +91,8 @@ def test_a_pass_and_a_return_is_none(axes, place):
     assert passes(at(0.0), at(0.5), SEPARATE, BOX_3D) == {(0, 1)}
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_bonds_that_share_a_bead_never_pass(seed):
-    """They lie in one plane at all times, up to rounding, whichever ends they share."""
-    rng = np.random.default_rng(seed)
-    for _ in range(200):
-        flight = np.concatenate([rng.random((3, 1)) * 3, rng.normal(scale=0.3, size=(3, 2))], 1)
-        before = flight.cumsum(axis=1)
-        after = before + rng.uniform(-0.2, 0.2, (3, 3))
-        for members in ([(0, 1), (1, 2)], [(1, 0), (1, 2)], [(0, 1), (2, 1)], [(1, 0), (2, 1)]):
-            box = (3.0, 3.0, 3.0)
-            moved = wrapped(before, box), wrapped(after, box)
-            assert passes(*moved, np.array(members, np.uint32), box) == set()
-
-
 def moving_chains(box, count, length, bond, move, seed):
-    """Chains of bonds up to a length in any direction, whose beads move up to a distance.
-
-    Returns
-    -------
-    before, after, members
-        Beads are numbered in no order.
-    """
+    """Places before and after, and members: chains in any direction, numbered in no order."""
     rng = np.random.default_rng(seed)
 
     def vectors(*shape):
@@ -226,37 +207,19 @@ PHANTOM = {
 }
 
 
-class States:
-    """An observer that keeps simulations as it saw them."""
-
-    every = 4
-
-    def __init__(self):
-        self.arrays, self.seen = {}, []
-
-    def sample(self, simulation):
-        self.seen.append(Simulation(simulation.system, simulation.state))
-
-
-@pytest.fixture(scope="module")
-def phantom():
-    """Chains that hardly repel each other: what was counted, and what it was counted from."""
-    scene, states = Scene(PHANTOM), States()
+def test_passes_of_a_run_are_those_between_its_samples():
+    """None at the first sample; many in all, of chains that hardly repel each other."""
+    scene, places = Scene(PHANTOM), []
     system = system_of(scene)
     observer = observables(scene, system)[0]
-    run(Simulation(system, make_start(scene)), scene.steps, [observer, states])
-    return scene, observer, states.seen
-
-
-def test_passes_of_a_run_are_those_between_its_samples(phantom):
-    """None at the first sample; in all of them many, since the chains do not feel each other."""
-    scene, observer, seen = phantom
-    places = [by_identity(simulation, "position") for simulation in seen]
+    watch = SimpleNamespace(
+        every=4, arrays={}, sample=lambda now: places.append(by_identity(now, "position"))
+    )
+    run(Simulation(system, make_start(scene)), scene.steps, [observer, watch])
     expected = [0] + [
         passed_bonds(*two, scene.bonded, scene.box).shape[1] for two in pairwise(places)
     ]
     found = {name: variable[1] for name, variable in observer.variables().items()}
-    assert len(seen) == 100
-    assert sum(expected) > 20
+    assert len(places) == 100 and sum(expected) > 20
     np.testing.assert_array_equal(found["passes"], expected)
     np.testing.assert_allclose(found["pass_time"], 0.08 * np.arange(1, 101), rtol=1e-12)

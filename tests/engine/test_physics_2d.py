@@ -106,31 +106,21 @@ def test_pressure_rises_from_the_virial_to_the_mean_field():
     assert max(error for _, error in points) < 0.001
 
 
-def run_at(tmp_path, dt, **changes):
-    """What the file of 60 steps from a relaxed start holds, each of them sampled."""
+def test_an_unstable_run_is_recorded_or_fails(tmp_path):
+    """The file has the step at which it broke, 41, and NaN for what was not sampled from there;
+    unless that is asked for there is none, and the message names the scene. No checkpoint stays.
+    """
     relaxed = {"start": {"relax": {"steps": 200, "dt": 0.02}}, "duration": {}}
     sampled = {"steps": {"sample": 60}, "observe": [{"thermo": {"every": 1}}]}
-    step = {"integrator": {"scheme": "gw-vv", "lambda": 0.5, "dt": dt}}
-    scene = Scene(fluid(6, 3, 0.02, 1).data | relaxed | sampled | step | changes, "my.yaml")
-    path = tmp_path / "run.nc"
-    simulate(scene, path, make_start(scene), Options(every_seconds=0.0))
-    return files.read(path)
-
-
-def test_an_unstable_run_fails(tmp_path):
-    """Unless it is told otherwise; there is no file, and the message names the scene."""
-    for changes in ({}, {"unstable": "fail"}):
-        with pytest.raises(UserError, match=r"my\.yaml: the run blew up"):
-            run_at(tmp_path, 0.12, **changes)
-        assert not (tmp_path / "run.nc").exists()
-
-
-def test_an_unstable_run_is_recorded(tmp_path):
-    """The file has the step at which it broke, 41, and NaN for what was not sampled from there.
-
-    Its checkpoint is gone, as after any run that is done with.
-    """
-    variables, attributes = run_at(tmp_path, 0.12, unstable="record")
+    data = fluid(6, 3, 0.12, 1).data | relaxed | sampled
+    path, options = tmp_path / "run.nc", Options(every_seconds=0.0)
+    scene = Scene(data, "my.yaml")
+    with pytest.raises(UserError, match=r"my\.yaml: the run blew up"):
+        simulate(scene, path, make_start(scene), options)
+    assert not path.exists()
+    scene = Scene(data | {"unstable": "record"}, "my.yaml")
+    simulate(scene, path, make_start(scene), options)
+    variables, attributes = files.read(path)
     sampled = int(attributes["lost_step"]) - 1
     assert 0 < sampled < 59
     for name in ("kT", "excess_conservative", "pair_energy"):

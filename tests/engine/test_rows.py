@@ -44,53 +44,29 @@ def test_rows_and_back(beads):
     assert CACHE_LINE % made.strides[0] == 0
 
 
-def test_copies(beads, box):
-    @njit(**KERNEL)
-    def reverse(target, source, edges):
-        for i in range(len(source)):
-            rows.copy_row(target, len(source) - 1 - i, source, np.uint32(i), edges)
-
-    target = rows_of(np.full_like(beads, np.nan))
-    reverse(target, rows_of(beads), box)
-    np.testing.assert_array_equal(target, rows_of(beads[:, ::-1]))
-
-
-def test_sums(beads, box):
-    @njit(**KERNEL)
-    def lay_out(target, source, shift, edges):
-        for i in range(len(source)):
-            rows.sum_to_column(target, i, source, i, shift, i % len(shift), edges)
-
-    shift = np.arange(2.0 * len(box)).reshape(len(box), 2)
-    target = np.empty_like(beads)
-    lay_out(target, rows_of(beads), rows_of(shift), box)
-    np.testing.assert_array_equal(target, beads + shift[:, np.arange(BEADS) % 2])
+@njit(**KERNEL)
+def all_at_once(force, source, reverse, shifted, shift, apart, i, j, scale, along, edges):
+    for s in range(len(source)):
+        rows.copy_row(reverse, len(source) - 1 - s, source, np.uint32(s), edges)
+        rows.sum_to_column(shifted, s, source, s, shift, s % len(shift), edges)
+    for p in range(len(i)):
+        apart[p] = rows.difference_along(source, i[p], j[p], along, p, edges)
+        rows.push_apart(force, i[p], j[p], scale[p], along, p, edges)
 
 
-def test_differences(beads, pairs, box):
-    @njit(**KERNEL)
-    def differences(found, array, i, j, along, edges):
-        for p in range(len(i)):
-            found[p] = rows.difference_along(array, i[p], j[p], along, p, edges)
-
-    i, j, along, _ = pairs
-    found = np.empty(PAIRS)
-    differences(found, rows_of(beads), i, j, along, box)
-    expected = ((beads[:, i] - beads[:, j]) * along).sum(axis=0)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14)
-
-
-def test_pushes(beads, pairs, box):
-    """Equal and opposite, bit by bit."""
-
-    @njit(**KERNEL)
-    def push(force, i, j, scale, along, edges):
-        for p in range(len(i)):
-            rows.push_apart(force, i[p], j[p], scale[p], along, p, edges)
-
+def test_rows_at_once_are_entry_by_entry(beads, pairs, box):
+    """Copies, sums, and pushes, equal and opposite, bit by bit; scalar products to rounding."""
     i, j, along, scale = pairs
-    force, expected = rows_of(beads), beads.copy()
-    push(force, i, j, scale, along, box)
+    force, reverse, shifted = rows_of(beads), rows_of(0 * beads), 0 * beads
+    shift, apart = np.arange(2.0 * len(box)).reshape(len(box), 2), np.empty(PAIRS)
+    all_at_once(
+        force, rows_of(beads), reverse, shifted, rows_of(shift), apart, i, j, scale, along, box
+    )
+    np.testing.assert_array_equal(reverse, rows_of(beads[:, ::-1]))
+    np.testing.assert_array_equal(shifted, beads + shift[:, np.arange(BEADS) % 2])
+    products = ((beads[:, i] - beads[:, j]) * along).sum(axis=0)
+    np.testing.assert_allclose(apart, products, rtol=0, atol=1e-14)
+    expected = beads.copy()
     for a, b, change in zip(i, j, (scale * along).T, strict=True):
         expected[:, a] += change
         expected[:, b] -= change

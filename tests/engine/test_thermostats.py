@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.engine.cases import FRICTION, MASSES, TABLE
-from tests.engine.reference import Reference, pair_noise
+from tests.engine.reference import Reference
 from tests.systems import (
     assert_same_place,
     assert_same_state,
@@ -15,35 +15,6 @@ from tests.systems import (
     make_system,
     random_beads,
 )
-
-
-def test_friction_of_two_beads_is_that_of_their_last_velocities():
-    """One step by hand without noise: the velocity follows from the friction of the predicted
-    one, the force that is kept has the friction of the velocity itself.
-
-    Positions below 6 are rounded by 4.4e-16, a 25 times that; the two frictions differ by 1e-3.
-    """
-    dt, gamma, e = 0.04, 4.5, np.array([2.0, -1.0, 2.0]) / 3
-    system = make_system((3.0, 3.0, 3.0), "dpd-vv", kT=0.0, dt=dt)
-    position = 1.5 + e[:, None] * np.array([[0.25, -0.25]])
-    simulation = make_simulation(system, position, e[:, None] * np.array([[0.9, -0.3]]))
-
-    def force(r, approach):
-        return 25 * (1 - r) - gamma * (1 - r) ** 2 * approach
-
-    before = force(0.5, 1.2)
-    r = 0.5 + dt * 1.2 + dt**2 * before  # both beads move by dt v + dt^2 f / 2
-    predicted = force(r, 1.2 + dt * before)
-    velocity = np.array([0.9, -0.3]) + dt / 2 * (before + predicted) * np.array([1, -1])
-    after = force(r, velocity[0] - velocity[1])
-    assert abs(after - predicted) > 1e-3
-    simulation.advance(1)
-    found = by_identity(simulation, "velocity")
-    np.testing.assert_allclose(found, e[:, None] * velocity, rtol=0, atol=1e-12)
-    found = by_identity(simulation, "force")
-    np.testing.assert_allclose(found[:, 0], e * after, rtol=0, atol=1e-12)
-    np.testing.assert_array_equal(found[:, 0], -found[:, 1])
-
 
 BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
 
@@ -75,11 +46,6 @@ EXCHANGES = ("shardlow", "aboba", "lowe-andersen")  # the last has the kernels o
 SCHEMES = pytest.mark.parametrize("scheme", EXCHANGES)
 
 
-def noise_of(low, high, seed, step, gaussian):
-    """The engine's noise of one pair at a step."""
-    return pair_noise(np.array([low]), np.array([high]), seed, step, gaussian)[0]
-
-
 def pair_in_motion(scheme, dt, **changes):
     """Two beads without repulsion, 0.4 apart along x."""
     position = np.array([[1.0, 1.4], [1.0, 1.0], [1.0, 1.0]])
@@ -87,46 +53,6 @@ def pair_in_motion(scheme, dt, **changes):
     bond = (np.array([[0, 1]], np.uint32), 0.0, 0.4)  # without a force: as below, a kernel less
     system = make_system(BOX[3], scheme, dt=dt, repulsion=np.array([[0.0]]), bonds=bond, **changes)
     return make_simulation(system, position, velocity), position, velocity
-
-
-def test_shardlow_of_one_pair():
-    """Velocity Verlet, then the two half steps as Nikunen et al. 2003 write them."""
-    dt = 0.03
-    simulation, position, velocity = pair_in_motion("shardlow", dt)
-    simulation.advance(1)
-    r = position[:, 0] - position[:, 1] + dt * (velocity[:, 0] - velocity[:, 1])
-    distance = np.linalg.norm(r)
-    e, w = r / distance, 1 - distance
-    friction, sigma = 4.5 * w**2, np.sqrt(2 * 4.5)
-    push = 0.5 * sigma * w * e * noise_of(0, 1, 1, 1, False) * np.sqrt(dt)
-    v = velocity.copy()
-    drag = 0.5 * friction * ((v[:, 0] - v[:, 1]) @ e) * e * dt
-    v[:, 0] += push - drag
-    v[:, 1] -= push - drag
-    along = (v[:, 0] - v[:, 1]) @ e
-    implicit = 0.5 * friction * dt / (1 + friction * dt) * (along * e + 2 * push)
-    v[:, 0] += push - implicit
-    v[:, 1] -= push - implicit
-    np.testing.assert_allclose(by_identity(simulation, "velocity"), v, atol=1e-12)
-
-
-def test_exact_exchange_of_one_pair():
-    """Half a drift, the Ornstein-Uhlenbeck step, half a drift."""
-    dt = 0.03
-    simulation, position, velocity = pair_in_motion("aboba", dt)
-    simulation.advance(1)
-    middle = position + 0.5 * dt * velocity
-    r = middle[:, 0] - middle[:, 1]
-    distance = np.linalg.norm(r)
-    e, rate = r / distance, 2 * 4.5 * (1 - distance) ** 2
-    u = (velocity[:, 0] - velocity[:, 1]) @ e
-    decay = np.exp(-rate * dt)
-    drawn = np.sqrt(2 * (1 - decay**2)) * noise_of(0, 1, 1, 1, True)
-    kick = 0.5 * (u * decay + drawn - u) * e
-    v = velocity + np.stack([kick, -kick], axis=1)
-    np.testing.assert_allclose(by_identity(simulation, "velocity"), v, atol=1e-12)
-    expected = middle + 0.5 * dt * v
-    np.testing.assert_allclose(by_identity(simulation, "position"), expected, atol=1e-12)
 
 
 def test_lowe_draws_as_often_as_asked():
@@ -231,6 +157,18 @@ def test_couples_exchange_beside_the_reference(scheme, dimension):
     near = reference.separation(i, j)[1] < 1.1
     assert np.bincount(np.concatenate([i[near], j[near]])).max() == 1
     assert np.abs(reference.velocity - before).max() > 1
+
+
+def test_temperature_of_a_fluid_at_dt_005():
+    """dpd-vv holds kT to 2 % at dt 0.05, and 4 standard errors."""
+    system = make_system((5.0,) * 3, "dpd-vv", dt=0.05)
+    simulation, kT = make_simulation(system, *random_beads(system.box, 375)), []
+    simulation.advance(200)
+    for _ in range(400):
+        simulation.advance(5)
+        kT.append((simulation.state.velocity**2).sum() / (3 * 374))
+    parts = np.array(kT).reshape(20, 20).mean(axis=1)
+    assert abs(parts.mean() - 1) < 0.02 + 4 * parts.std(ddof=1) / np.sqrt(20)
 
 
 @pytest.mark.thorough
