@@ -60,22 +60,13 @@ MOST_KEPT = 2000  # digests
 
 
 class Source(NamedTuple):
-    """What counts of a source file.
+    """What counts of a source file."""
 
-    Attributes
-    ----------
-    digest : str
-        Of its code, and of data files beside it that are named there.
-    imports : frozenset of Path
-        Files of ours that it imports, at its top or in a function, with those of their packages;
-        of a user's file also those of its folder.
-    named : frozenset of Path
-        Files of modules whose names stand in it as text: see `dpd.page.Term.modules`.
-    """
-
-    digest: str
+    digest: str  # of its code, and of data files beside it that are named there
+    # Files of ours that it imports, at its top or in a function, with those of their packages; of a
+    # user's file also those of its folder.
     imports: frozenset[Path]
-    named: frozenset[Path] = frozenset()
+    named: frozenset[Path] = frozenset()  # of modules that stand in it as text: see `Term.modules`
 
 
 @cache
@@ -96,10 +87,7 @@ def sources_digest(*modules: str | Path, without: frozenset[str | Path] = frozen
 def page_digest(path: Path) -> str:
     """Digest of a user's file, of those of its folder that it imports, and of what they import.
 
-    Raises
-    ------
-    OSError, ValueError
-        If one cannot be read, or a folder is imported.
+    Raises `OSError` or `ValueError` if one cannot be read, or a folder is imported.
     """
     own = files_of(path)
     ours = {file for each in own for file in source_of(each).imports if _is_ours(file)}

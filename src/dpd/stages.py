@@ -63,12 +63,7 @@ def kernels_name(scene: Scene, of_start: bool = False) -> str:
     """A name for the kernels of all scenes in which the same terms act, by their sources.
 
     Where it changes, `run_sources` and `start_sources` of those scenes change as well.
-
-    Parameters
-    ----------
-    scene : Scene
-    of_start : bool
-        What acts while its first configuration grows and relaxes counts.
+    ``of_start``: what acts while its first configuration grows and relaxes counts.
     """
     terms = _terms_of_start(scene) if of_start else _terms(scene, of_kernels=True)
     return _digest_of("compile", terms)
@@ -121,13 +116,7 @@ def _of_ours(stage, pages):
 
 
 def unused(pages: frozenset[str]) -> frozenset[Path]:
-    """Files of terms, and of modules that they bring, other than some and those of their pages.
-
-    Parameters
-    ----------
-    pages : frozenset of str
-        Modules of what acts in a scene.
-    """
+    """Files of terms, and of modules that they bring, other than those of what acts in a scene."""
     terms = {Term.folder / f"{key}.py" for key in names(Term)}
     brought = (source_of(path).named for path in terms)
     acting, waiting = set(), {path for page in pages if (path := file_of(page))}

@@ -105,10 +105,8 @@ def degrees_of(make: Callable[[Callable[[Any], Any]], tuple[R, Errors]]) -> tupl
     of chi-square over its degrees of freedom. How far the error at the end scatters says how many
     it has: of sums of variances this is what Welch and Satterthwaite have, and it holds for fits
     and weights as well. Infinite of errors that do not scatter; empty where errors decide what is
-    calculated.
-
-    ``make``: of a function that gives scattered factors for degrees of freedom, for errors that
-    were made before; returns what is asked for, and errors by name.
+    calculated. ``make`` gets a function that gives scattered factors for degrees of freedom, for
+    errors that were made before; it returns what is asked for, and errors by name.
     """
     global _tape
     _tape = tape = _Tape()
@@ -143,11 +141,7 @@ def student(degrees: Values) -> Values:
 
 
 def widening(degrees: Values) -> Values:
-    """Student's t over 1.96: what makes 1.96 standard errors a 95 % interval.
-
-    Every error here is a standard error that is widened so, also where few degrees of freedom have
-    fixed it.
-    """
+    """Student's t over 1.96, by which every error here is widened to make 1.96 of it 95 %."""
     return widened_by(degrees, student(degrees))
 
 
@@ -278,10 +272,7 @@ def mean_and_error(series: npt.ArrayLike) -> tuple[float, float, float]:
 
 @taped
 def independent_mean_and_error(samples: npt.ArrayLike) -> tuple[Values, Values]:
-    """Mean of independent values along the last axis, as of replicas, and its standard error.
-
-    NaN for a single value.
-    """
+    """Mean of independent values along the last axis, as of replicas, and its error; NaN of one."""
     x = np.asarray(samples, dtype=float)
     n, mean = x.shape[-1], x.mean(axis=-1)
     if n < 2:
@@ -356,14 +347,10 @@ def over_replicas(values: np.ndarray, errors: np.ndarray, axis: int) -> tuple[Va
 
 
 class Fit(NamedTuple):
-    """A least-squares fit that is linear in its coefficients.
-
-    ``errors`` are standard errors: those of the points, carried over, unless these scatter about
-    the fit more than they explain, see `scatter`.
-    """
+    """A least-squares fit that is linear in its coefficients."""
 
     values: np.ndarray
-    errors: np.ndarray
+    errors: np.ndarray  # those of the points, carried over, and widened by their `scatter`
     reduced_chi_square: float
     degrees: int
 

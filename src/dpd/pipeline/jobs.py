@@ -78,17 +78,8 @@ def priorities(
     The study may name sweeps that come before, in the order of their worth; the shortest run of
     each of these comes first, so that much of it is whole whenever somebody stops the study.
 
-    Parameters
-    ----------
-    papers : dict of str to Paper
-    first : sequence of str
-        Sweeps as ``paper.sweep``, the one of the greatest worth in front. Those of papers that are
-        not among ``papers`` do nothing.
-
-    Returns
-    -------
-    dict
-        From paper, sweep and point to a number from 1 up.
+    ``first``: sweeps as ``paper.sweep``, the one of the greatest worth in front. Result: from
+    paper, sweep and point to a number from 1 up.
     """
     work = {
         (paper.name, sweep.name, point.name): round(point.scene.work / 1e6)
@@ -115,34 +106,16 @@ def start_bead_steps(scene: Scene) -> int:
 
 
 def minutes(bead_steps: float, attempt: int, longest: int) -> int:
-    """Minutes of wall clock to ask for.
+    """Minutes of wall clock to ask for, on one core, in a try counted from 1.
 
-    Parameters
-    ----------
-    bead_steps : float
-        The work, on one core.
-    attempt : int
-        The number of the try, from 1.
-    longest : int
-        What the cluster allows.
-
-    Returns
-    -------
-    int
-        At most ``longest``: a run that needs more goes on in its next try.
+    At most ``longest``, what the cluster allows: a run that needs more goes on in its next try.
     """
     asked = math.ceil(BEGINNING + GENEROUS * _expected_minutes(bead_steps))
     return min(attempt * asked, longest)
 
 
 def megabytes(beads: int, attempt: int) -> int:
-    """MB of memory to ask for, `GENEROUS` times those of the beads.
-
-    Parameters
-    ----------
-    beads, attempt : int
-        The number of the try counts from 1.
-    """
+    """MB of memory to ask for, `GENEROUS` times those of the beads, in a try counted from 1."""
     return attempt * (PROCESSES + math.ceil(GENEROUS * BYTES_PER_BEAD * beads / 1e6))
 
 

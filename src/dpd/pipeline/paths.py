@@ -35,18 +35,7 @@ def archived_verdicts() -> list[str]:
 def page_suffix(papers: Collection[str], all_papers: Collection[str]) -> str:
     """What the names of report and verdict table end in: each set of papers has its own.
 
-    Parameters
-    ----------
-    papers : list of str
-        Those asked for.
-    all_papers : list of str
-        Those of config/config.yaml.
-
-    Returns
-    -------
-    str
-        Nothing for all papers, in any order; for others "-" and their names, as in
-        ``report-liu_2008+mine.html``.
+    Nothing for all papers, in any order; for others as in ``report-liu_2008+mine.html``.
     """
     return "" if set(papers) == set(all_papers) else f"-{'+'.join(sorted(set(papers)))}"
 
@@ -58,12 +47,7 @@ def run_file(folder: str | Path, point: str) -> str:
 
 @dataclass(frozen=True)
 class Results:
-    """Files of a study, as text: a part of a name may be a wildcard of Snakemake or a shell.
-
-    Attributes
-    ----------
-    folder : str
-    """
+    """Files of a study, as text: a part of a name may be a wildcard of Snakemake or a shell."""
 
     folder: str
 

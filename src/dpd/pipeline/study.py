@@ -100,10 +100,7 @@ def studies() -> dict[str, Study]:
 def lineage(study: str) -> list[str]:
     """Names of a study, of its parent, and so on: the first one that a choice names decides.
 
-    Raises
-    ------
-    UserError
-        If a study is its own parent.
+    Raises `UserError` if a study is its own parent.
     """
     known, found = studies(), [file_and_seed("study", study)[0]]
     while found[-1] != ROOT_STUDY:
@@ -118,22 +115,10 @@ def as_studied(value: Any, names: list[str], known: Collection[str], key: str) -
     """Plain data with what a study takes of each choice.
 
     A choice has names of studies for keys, as ``{paper: 4000, quick: 400}``. Where it names none of
-    ``names``, or nothing is behind the name, its key or its place in a list is left out.
+    ``names``, or nothing is behind the name, its key or its place in a list is left out. Raises
+    `UserError` if some keys are names of studies, and others are not.
 
-    Parameters
-    ----------
-    value : object
-    names : list of str
-        Of `lineage`.
-    known : collection of str
-        Names of all studies.
-    key : str
-        File to name in messages, as "config/papers/liu_2008.yaml: ", and keys so far.
-
-    Raises
-    ------
-    UserError
-        If some keys are names of studies, and others are not.
+    ``names``: of `lineage`. ``known``: of all studies. ``key``: file and keys so far, for messages.
     """
     if isinstance(value, list):
         found = [as_studied(each, names, known, f"{key}{n}.") for n, each in enumerate(value)]
@@ -154,19 +139,7 @@ def as_studied(value: Any, names: list[str], known: Collection[str], key: str) -
 
 
 def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Study and papers as config/config.yaml and the command line have them.
-
-    Parameters
-    ----------
-    overrides : dict or None
-        What stands on the command line.
-
-    Returns
-    -------
-    dict
-        ``study``: a name, which says the seed if that is not 1, ``papers``: names, and the others
-        of `Config`.
-    """
+    """The `Config` of config/config.yaml and the command line; its study's name says the seed."""
     check_repository()
     config = read_yaml(CONFIG / "config.yaml") | (overrides or {})
     if overrides and "papers_dir" in overrides:  # the Snakefile has heeded it
@@ -184,12 +157,7 @@ def file_and_seed(key: str, study: str) -> tuple[str, int]:
     """Name of a study, and the seed that all its random numbers follow from.
 
     ``quick-seed2`` is the study ``quick`` with the seed 2. It is a study like any other, with
-    results of its own, wherever a study is named.
-
-    Raises
-    ------
-    UserError
-        Naming ``key``, if there is no such study.
+    results of its own, wherever a study is named. Raises `UserError` that names ``key``.
     """
     name, seed = study, 1
     if parts := SEEDED.fullmatch(str(study)):
@@ -227,12 +195,7 @@ def check_paper_name(name: str) -> None:
 
 
 def check_repository() -> None:
-    """Refuse to go on without the project's repository, where its papers and studies are.
-
-    Raises
-    ------
-    UserError
-    """
+    """Refuse to go on without the project's repository, where its papers and studies are."""
     if not (CONFIG / "config.yaml").is_file():
         raise UserError(
             f"{CONFIG}: there is no config.yaml, and papers and studies are wanted, which only the "

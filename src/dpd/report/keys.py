@@ -100,13 +100,7 @@ def _start_rows(starts):
 
 
 def rows_below(rows: list[Row], name: str) -> list[Row]:
-    """Those of a section: of its key, and of the keys in it.
-
-    Raises
-    ------
-    UserError
-        If there is no such section.
-    """
+    """Those of a section: of its key, and of the keys in it; `UserError` without such a section."""
     tops = {row.key.removeprefix("observe[].").split(".")[0].removesuffix("[]") for row in rows}
     if name not in tops:
         raise UserError(f"keys: no section {name!r}; {suggestion(name, sorted(tops))}")
