@@ -1,23 +1,31 @@
 """What a run resumes from has a checksum, and what it cannot write is no reason to lose it."""
 
+import errno
 import json
 import os
 import resource
+import shutil
+import signal
+import subprocess
+import sys
 from contextlib import contextmanager
+from types import SimpleNamespace
 
+import netCDF4
 import numpy as np
 import pytest
 import yaml
 
 from dpd import jit
-from dpd.engine.checkpoint import MARK, Checkpoint, checksum_of, stored_in
+from dpd.digest import ROOT
+from dpd.engine.checkpoint import Checkpoint
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
+from dpd.files import check_room
 from dpd.jit import kernel
 from dpd.observe.common.measured import observables
-from dpd.pipeline.paper import read_paper
-from dpd.runs.result import refuse_to_lose
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 
@@ -57,84 +65,98 @@ def good(tmp_path_factory):
         return dict(file)
 
 
-def resumed(arrays, path):
-    """What a run says of a checkpoint of some arrays, and the step at which it then is."""
-    with open(path, "wb") as file:
+@pytest.fixture
+def kept(good, tmp_path):
+    """The same in a file."""
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
+    rewrite(checkpoint, good)
+    return checkpoint
+
+
+def rewrite(checkpoint, arrays):
+    with open(checkpoint.path, "wb") as file:
         np.savez(file, **arrays)
+
+
+def edited(name):
+    """Changes one value of one array by the least there is: the checksum does not fit."""
+
+    def edit(checkpoint, good):
+        values = good[name].copy()
+        values.reshape(-1).view(np.uint8)[0] ^= 1
+        rewrite(checkpoint, good | {name: values})
+
+    return edit
+
+
+BAD = {
+    "cut": lambda kept, good: kept.path.write_bytes(kept.path.read_bytes()[:-2000]),
+    "a part is lost": lambda kept, good: rewrite(
+        kept, {name: array for name, array in good.items() if name != "force"}
+    ),
+    "another shape": lambda kept, good: rewrite(kept, good | {"0/kT": good["0/kT"][:-1]}),
+    "another scene": lambda kept, good: setattr(kept, "key", json.dumps({"scene": "another"})),
+} | {name: edited(name) for name in ("position", "image", "step", "0/kT", "2/earlier", "3/pairs")}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_checkpoint_is_refused_and_changes_nothing(kept, good, name):
+    """The sentence names file and reason; state and observers stay at their beginning."""
     simulation, observers = new_run()
-    said = Checkpoint(path, KEY).resume(simulation, observers)
-    return said, simulation.state.step
+    assert kept.resume(simulation, observers) == ""
+    assert simulation.state.step == 220
+    BAD[name](kept, good)
+    simulation, observers = new_run()
+    state = simulation.state
+    before = [{n: a.copy() for n, a in o.arrays.items()} for o in observers]
+    said = kept.resume(simulation, observers)
+    reason = "another scene" if name == "another scene" else "damaged"
+    assert str(kept.path) in said and reason in said and "starting anew" in said
+    assert simulation.state is state
+    for observer, arrays in zip(observers, before):
+        for each, array in arrays.items():
+            np.testing.assert_array_equal(observer.arrays[each], array, err_msg=each)
 
 
-def test_a_good_one_is_taken(good, tmp_path):
-    """So that the tests below can fail."""
-    assert resumed(good, tmp_path / "run.checkpoint") == ("", 220)
-
-
-def test_a_note_beside_the_state(good, tmp_path):
-    """It comes back whole, or not at all; the state does not depend on it."""
+def test_a_run_that_fails_names_its_own_last_state_alone(tmp_path):
+    """Not a checkpoint of another scene that lies there."""
     path = tmp_path / "run.checkpoint"
-    assert stored_in(path) is None
-    for note in (None, {"dt": 0.06, "said": "a step"}):
-        simulation, observers = new_run()
-        assert Checkpoint(path, KEY, note).save(simulation, observers) == ""
-        assert stored_in(path).note == (note or {})
-        assert Checkpoint(path, KEY).resume(simulation, observers) == ""
-    step, jump = (text.encode("utf-32-le") for text in ("a step", "a jump"))
-    data = path.read_bytes()
-    path.write_bytes(data.replace(step, jump))
-    assert step in data and stored_in(path) is None
-    assert resumed(good, path) == ("", 220)
+    Checkpoint(path, KEY).save(*new_run())
+    scene = Scene(SCENE | {"integrator": {"scheme": "gw-vv", "dt": 5}})
+    with pytest.raises(UserError, match="blew up") as caught:
+        simulate(scene, tmp_path / "run.nc", make_start(scene), Options(every_seconds=60))
+    assert "last good state" not in str(caught.value)
 
 
-NAMES = (
-    "step", "position", "velocity", "force", "identity", "species", "reference", "0/taken", "0/kT",
-    "1/rdf", "1/taken", "2/earlier", "2/begun", "2/taken", "3/crossings", "3/pairs", "4/position",
-    "5/trace", "image",
-)  # fmt: skip
+def test_a_checkpoint_that_cannot_be_written_does_not_end_a_run(kept, monkeypatch):
+    """A full disk for a while: a sentence, no half file, the former one stays, the run goes on."""
+    former = kept.path.read_bytes()
 
+    def full(file, **arrays):
+        file.write(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
 
-@pytest.mark.parametrize("name", NAMES)
-def test_any_edit_is_seen(good, tmp_path, name):
-    """One value of one array, changed by the least there is: the checksum does not fit."""
-    arrays = {key: array.copy() for key, array in good.items()}
-    flat = arrays[name].reshape(-1).view(np.uint8)
-    flat[0] ^= 1
-    said, step = resumed(arrays, tmp_path / "run.checkpoint")
-    assert "damaged" in said and "starting anew" in said and step == 0
-
-
-def test_one_of_a_version_without_image_counts_stays(good, tmp_path):
-    """It may be all that there is of a long run: what to do is said, and nothing else done."""
-    arrays = {name: array for name, array in good.items() if name not in ("image", "checksum")}
-    scene, path = Scene(SCENE), tmp_path / "run.checkpoint"
-    arrays[MARK] = np.array(json.dumps({"scene": scene.digest, "sources": "those of 0.2"}))
-    arrays["note"] = np.array(json.dumps({"scene": json.dumps(scene.data)}))
-    sealed = arrays | {"checksum": np.array(checksum_of(arrays))}
-    assert resumed(sealed, path)[1] == 0  # where that is wanted
-    with pytest.raises(UserError, match=r"another version .* 0.2, .*: finish the run with that"):
-        refuse_to_lose(scene, path)
-    assert path.exists()
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_damaged_bytes(good, tmp_path, seed):
-    """Bytes changed, cut off or doubled anywhere: refused, taken as they were, or left alone."""
-    path, rng = tmp_path / "run.checkpoint", np.random.default_rng(seed)
-    with open(path, "wb") as file:
-        np.savez(file, **good)
-    data = bytearray(path.read_bytes())
-    at = int(rng.integers(len(data)))
-    if seed % 4 == 0:
-        data = data[:at]
-    elif seed % 4 == 1:
-        data[at:at] = data[at : at + 1000]
-    else:
-        data[at] ^= 1 << int(rng.integers(8))
-    path.write_bytes(data)
+    monkeypatch.setattr(np, "savez", full)
     simulation, observers = new_run()
-    said = Checkpoint(path, KEY).resume(simulation, observers)
-    assert (simulation.state.step == 220) == (said == "")
+    said = []
+    done = run(simulation, (20, 500), observers, kept, every_seconds=0.0, say=said.append)
+    assert done == 300 and simulation.state.step == 520
+    problems = [sentence for sentence in said if sentence]
+    assert len(problems) == 1 and "No space left" in problems[0] and "going on" in problems[0]
+    assert kept.path.read_bytes() == former
+    assert [path.name for path in kept.path.parent.iterdir()] == [kept.path.name]
+
+
+def test_room_is_asked_for_before_a_run(tmp_path, monkeypatch):
+    """A full disk and a place that is no folder are errors with file and remedy."""
+    check_room(tmp_path / "new" / "run.nc", 10)
+    assert list((tmp_path / "new").iterdir()) == []
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match="cannot be written"):
+        check_room(tmp_path / "file" / "run.nc", 10)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=5 * 2**20))
+    with pytest.raises(UserError, match=r"5\.0 MiB are free there, 9\.0 MiB are needed"):
+        check_room(tmp_path / "run.nc", 9 * 2**20)
 
 
 @contextmanager
@@ -165,23 +187,6 @@ def test_a_result_that_cannot_be_written_is_not_lost(folder, dpd):
     assert sorted(os.listdir()) in (["run.checkpoint", "scene.yaml"], ["scene.yaml"])
     assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
     assert sorted(os.listdir()) == ["run.nc", "scene.yaml"]
-
-
-def test_a_cut_run_is_not_collected(tmp_path, monkeypatch, dpd):
-    """A sentence that names the file and says what to do."""
-    monkeypatch.chdir(tmp_path)
-    sweep = read_paper("groot_warren_1997", "smoke", only=["fluid"]).sweeps["fluid"]
-    runs = tmp_path / "runs"
-    for point in sweep.points:
-        path = runs / point.name / "run.nc"
-        path.parent.mkdir(parents=True)
-        with open(path, "wb") as file:
-            file.write(b"\x89HDF\r\n\x1a\n" + bytes(500))
-    code, errors = dpd(
-        "collect", "smoke", "groot_warren_1997", "fluid", "--runs", runs, "-o", "sweep.nc"
-    )
-    assert code == 1 and "run.nc: not a whole NetCDF file" in errors and "Traceback" not in errors
-    assert not (tmp_path / "sweep.nc").exists()
 
 
 def test_a_full_cache_is_no_reason_not_to_run(monkeypatch):
@@ -217,6 +222,57 @@ def test_kernels_that_others_could_have_written_are_not_run(tmp_path, monkeypatc
     jit._warn.cache_clear()
 
 
-def test_all_names_are_those_of_a_checkpoint(good):
-    """The table above names arrays that are there."""
-    assert set(NAMES) <= set(good) and MARK in good
+LONG = SCENE | {"steps": {"equilibrate": 20, "sample": 30_000}}
+
+
+def command(folder, name):
+    """``python -m dpd run`` on `LONG`, with a checkpoint after every stretch."""
+    (folder / "scene.yaml").write_text(yaml.safe_dump(LONG))
+    arguments = ["run", "scene.yaml", "-o", name, "--checkpoint-every", "0"]
+    return subprocess.Popen(
+        [sys.executable, "-m", "dpd", *arguments], cwd=folder, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+
+
+def wait_for_step(path, step):
+    """Until a checkpoint beyond a step is there, and beyond the one that the run began with.
+
+    False if the run has ended before.
+    """
+
+    def now():
+        return np.load(path)["step"] if path.exists() else 0
+
+    began = now()  # a process that has only begun would not hear a signal
+    while now() < max(step, began + 1):
+        if path.with_suffix(".nc").exists():
+            return False
+    return True
+
+
+@pytest.mark.thorough
+def test_a_run_killed_at_random_moments_ends_like_one_that_was_not(tmp_path):
+    """SIGKILL twice, SIGTERM and Ctrl-C once, at steps that differ from day to day."""
+    rng = np.random.default_rng()
+    moments = np.sort(rng.integers(30, 25_000, size=4))
+    print("moments", moments)  # to repeat a failure
+    numbers = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
+    for moment, number in zip(moments, numbers):
+        with command(tmp_path, "run.nc") as process:
+            if not wait_for_step(tmp_path / "run.checkpoint", moment):
+                break
+            process.send_signal(number)
+            errors = process.communicate()[1]
+        if number != signal.SIGKILL and not (tmp_path / "run.nc").exists():
+            assert process.returncode == 128 + number and "stopped at step" in errors
+            assert "run.checkpoint" in errors and "Traceback" not in errors
+    for name in ("run.nc", "whole.nc"):
+        with command(tmp_path, name) as process:
+            assert process.communicate()[0] and process.returncode == 0
+    found, expected = (netCDF4.Dataset(tmp_path / name) for name in ("run.nc", "whole.nc"))
+    with found, expected:
+        assert found.variables.keys() == expected.variables.keys()
+        for name, variable in expected.variables.items():
+            np.testing.assert_array_equal(found[name][...], variable[...], err_msg=name)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["run.nc", "scene.yaml", "whole.nc"]

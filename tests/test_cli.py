@@ -10,7 +10,7 @@ import yaml
 
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.files import read, read_group
+from dpd.files import read
 from dpd.scene.scene import Scene
 from tests.conftest import SCENE
 
@@ -59,57 +59,10 @@ def test_other_values_than_the_scene_has(tmp_path):
         ("boxx=3", "scene.yaml, --set boxx=3: unknown key 'boxx'; .* did you mean 'box'"),
         ("integrator.dtt=3", "integrator: unknown key 'dtt'; .* did you mean 'dt'"),
         ("molecules.3.density=4", "molecules.3: no item '3' in a list of 1"),
-        ("dt", "--set dt: write KEY=VALUE"),
         ("seed=[", "--set seed=.*: this is not YAML"),
-        ("seed=", "seed: None .nothing after the colon."),
     ):
         with pytest.raises(UserError, match=said):
             Scene.read(path, settings=[wrong])
-
-
-def test_threads_give_the_same_file(tmp_path):
-    """The same numbers with two threads; a number of threads that is none is refused."""
-    scene = write(tmp_path / "scene.yaml", SCENE)
-    for threads in ("1", "2"):
-        path = tmp_path / f"{threads}.nc"
-        done = dpd("run", scene, "-o", path, "--threads", threads, cwd=tmp_path)
-        assert done.returncode == 0, done.stderr
-    one, two = (read(tmp_path / f"{threads}.nc")[0] for threads in ("1", "2"))
-    assert one.keys() == two.keys()
-    assert all((one[name] == two[name]).all() for name in one)
-    refused = dpd("run", scene, "-o", tmp_path / "x.nc", "--threads", "0", cwd=tmp_path)
-    assert refused.returncode == 1 and "allowed: 1 to " in refused.stderr
-
-
-def test_run_keeps_and_takes_a_start(tmp_path):
-    """--start makes the file once, and the same run follows from it; another scene's is refused."""
-    scene = write(tmp_path / "scene.yaml", SCENE)
-    arguments = ("run", scene, "--start", tmp_path / "start.nc")
-    for name in ("made", "read"):
-        done = dpd(*arguments, "-o", tmp_path / f"{name}.nc", cwd=tmp_path)
-        assert done.returncode == 0, done.stderr
-    made, read_again = (read(tmp_path / f"{name}.nc")[0] for name in ("made", "read"))
-    assert (made["kT"] == read_again["kT"]).all()
-    write(scene, SCENE | {"box": 5})
-    done = dpd(*arguments, "-o", tmp_path / "other.nc", cwd=tmp_path)
-    assert done.returncode == 1 and "start.nc" in done.stderr and "Traceback" not in done.stderr
-    assert not (tmp_path / "other.nc").exists()
-
-
-@pytest.mark.parametrize(
-    ("text", "word"),
-    [("boxx: 3", "boxx"), ("[1, 2]", "expected keys and values"), ("a: [1, 2", "not YAML")],
-)
-def test_bad_scene_files(tmp_path, text, word):
-    """Exit code 1, a line that names the file for each mistake, no traceback, nothing written."""
-    path = tmp_path / "bad.yaml"
-    path.write_text(text)
-    done = dpd("run", path, "-o", tmp_path / "out" / "run.nc", cwd=tmp_path)
-    assert done.returncode == 1
-    assert done.stderr.startswith(f"error: {path}: ") and word in done.stderr
-    lines = done.stderr.removeprefix("error: ").splitlines()
-    assert all(line.startswith(f"{path}: ") for line in lines)
-    assert [p.name for p in tmp_path.iterdir()] == ["bad.yaml"]
 
 
 def test_a_run_that_blows_up_says_when_and_why(tmp_path):
@@ -139,19 +92,3 @@ def test_misspelt_names_of_stages(tmp_path):
     done = dpd("figure", "quick", paper, "fig99", "-o", "figures", cwd=tmp_path)
     assert done.returncode == 1 and "fig01_time_step" in done.stderr
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.thorough
-def test_simulate_makes_the_start_that_it_is_not_given(tmp_path):
-    """The same bits either way."""
-    names = ("smoke", "groot_warren_1997", "fluid", "replica=0")
-    assert dpd("start", *names, "-o", "start.nc", cwd=tmp_path).returncode == 0
-    for option, name in ((("--start", "start.nc"), "given.nc"), ((), "made.nc")):
-        done = dpd("simulate", *names, *option, "-o", name, cwd=tmp_path)
-        assert done.returncode == 0, done.stderr
-    given, made = (read(tmp_path / name)[0] for name in ("given.nc", "made.nc"))
-    assert given.keys() == made.keys()
-    assert all((given[name] == made[name]).all() for name in given)
-    # A run of a study keeps no state for a longer one.
-    assert not any(name.startswith("last_") for name in made)
-    assert read_group(tmp_path / "made.nc", "state") == {}

@@ -1,6 +1,5 @@
 """A run made longer is the run that was planned that long, bit for bit."""
 
-import json
 import os
 import signal
 import subprocess
@@ -18,9 +17,8 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.observe.common.accumulators import MultipleTau, Series
 from dpd.page import Observable, names
-from dpd.runs import auto as probing
 from dpd.runs.result import STATE, checkpoint_path, read_former
-from dpd.runs.run import Options, extend, longer, simulate
+from dpd.runs.run import Options, extend, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
 from dpd.start.common.files import write_start
@@ -72,11 +70,6 @@ def with_scheme(scheme, base=FLUID):
 
 
 CORE = {"core": {"radius": 0.2, "force": 50}, "observe": [{"displacement": {"every": 1}}]}
-# Looking as often as is usual, which in a short run is once, in its end.
-NAMES = [next(iter(item)) if isinstance(item, dict) else item for item in IN_PLANE["observe"]]
-USUAL = IN_PLANE | {
-    "observe": NAMES, "box": 8, "molecules": [{"architecture": "A 2 B", "count": 40}],
-}  # fmt: skip
 WALLED = merge(IN_SPACE, {
     "walls": {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 9},
     "body_force": {"axis": "x", "strength": {"A": 0.1, "B": 0}},
@@ -98,11 +91,9 @@ PRESSED = IN_SPACE | {
 # Systems, steps of sampling of the shorter run, and threads.
 CASES = {
     "2D, chains, a list": (IN_PLANE, 333, 1),
-    "2D, before most have looked": (USUAL, 9, 1),
     "2D, one step is missing, threads": (IN_PLANE, 699, 2),
     "3D, chains, cells": (merge(IN_SPACE, {"pairs": {"search": "cells"}}), 345, 1),
     "3D, fluid, longer than a stretch": (FLUID, 777, 1),
-    "shardlow": (with_scheme("shardlow"), 777, 1),
     "lowe-andersen": (with_scheme("lowe-andersen"), 777, 1),
     "walls and a body force": (WALLED, 345, 1),
     "constant pressure, a list": (merge(PRESSED, {"pairs": {"search": "list"}}), 345, 2),
@@ -232,46 +223,6 @@ def test_who_keeps_a_state(tmp_path, asked):
         np.testing.assert_array_equal(found[0][name], found[1][name], err_msg=name)
 
 
-def test_a_longer_run_looks_as_often():
-    """Intervals do not follow from how long a run is, but that of the last configuration."""
-    equilibration = {"trajectory": {"equilibration": True}}
-    observe = ["thermo", "configuration", {"rdf": {"range": 2}}, equilibration]
-    scene = Scene(FLUID | {"observe": observe})
-    found = longer(scene, 2600)
-    for name in ("thermo", "rdf", "trajectory"):
-        assert found.observe[name] == scene.observe[name]
-    assert found.observe["configuration"].every == 3900 and found.steps == (20, 3900)
-    equilibration["trajectory"]["every"] = 1321
-    with pytest.raises(UserError, match=r"observe.trajectory.every: 1321 steps .* 1 to 1320"):
-        Scene(FLUID | {"observe": observe})
-
-
-def test_the_scheme_that_was_chosen_stays(tmp_path, monkeypatch):
-    """It is not looked for again."""
-    data = FLUID | {"integrator": {"scheme": "auto", "tolerance": 0.05}}
-    scene = Scene(merge(data, {"steps": {"sample": 60}}))
-    state = make_start(scene)
-    settled = probing.settle(scene, state)
-    part = tmp_path / "part.nc"
-    simulate(settled, part, state, Options(own=True))
-    monkeypatch.setattr(probing, "settle", None)
-    extend(part, 40, part)
-    attributes = files.read(part)[1]
-    assert attributes["chosen"] == settled.chosen["said"]
-    assert json.loads(attributes["scene"])["integrator"] == settled.data["integrator"]
-
-
-def test_other_sources_are_said(tmp_path, capsys):
-    """And the run goes on."""
-    part = run(sampled(FLUID, 20), tmp_path / "part.nc")
-    extend(part, 20, part)
-    assert "sources" not in capsys.readouterr().err
-    with netCDF4.Dataset(part, "a") as file:
-        file.sources = "0" * 12
-    extend(part, 20, part)
-    assert "made by other sources than today's" in capsys.readouterr().err
-
-
 # The command.
 
 
@@ -373,9 +324,6 @@ def simulated(more, **settings):
 
 NONE = {
     "a start": (lambda path: write_start(Scene(FLUID), path), "a first configuration"),
-    "other NetCDF": (lambda path: files.write(path, {}, {}), "some other NetCDF file"),
-    "gone": (lambda path: path.unlink(), "no such file"),
-    "folder": (lambda path: (path.unlink(), path.mkdir()), "folder"),
     "no state": (simulated({}), "keep_state: true"),
     "lost": (
         simulated({"unstable": "record", "integrator": {"scheme": "gw-vv", "dt": 2}}, own=True),
@@ -402,18 +350,10 @@ def edit_variable(name, change):
     return edit
 
 
-def edit_attribute(name, value):
-    return lambda file: file.setncattr(name, value)
-
-
 EDITS = {
-    "not a number": (edit_variable("last_position", lambda x: x * np.nan), "checksum"),
     "moved": (edit_variable("last_position", lambda x: 0.5 * x), "checksum"),
     "order": (edit_variable("identity", lambda x: x * 0), "cannot be right"),
-    "a sum": (edit_variable("1.rdf", lambda x: x + 1), "checksum"),
-    "scene": (edit_attribute("scene", "{"), "'scene' is damaged"),
-    "a scene that is none": (edit_attribute("scene", "{}"), "is missing"),
-    "box": (edit_attribute("last_box", [1.0, 2.0]), "last_position"),
+    "box": (lambda file: file.setncattr("last_box", [1.0, 2.0]), "last_position"),
 }
 
 
@@ -425,19 +365,3 @@ def test_an_edited_state(finished, dpd, name):
         file.set_auto_mask(False)
         edit(file)
     refused(dpd, word)
-
-
-@pytest.mark.parametrize("more", ["-1", "1.5", str(10**13)])
-def test_steps_that_cannot_be_added(finished, dpd, more):
-    """The command says which ones can."""
-    code, said = dpd("extend", "run.nc", f"--sample={more}")
-    assert code in (1, 2) and "sample: " in said and more in said
-
-
-def test_a_place_that_would_do_harm(finished, dpd):
-    """The suffix, and another name of what is read."""
-    assert "name ends in .nc" in dpd("extend", "run.nc", "--sample", 1, "-o", "run.txt")[1]
-    os.link("run.nc", "other.nc")
-    assert "take the place of" in dpd("extend", "run.nc", "--sample", 1, "-o", "other.nc")[1]
-    Path("run.checkpoint").write_text("mine")
-    refused(dpd, "it is no checkpoint")

@@ -48,34 +48,20 @@ def device(name):
         os.symlink("/dev/null", name)
 
 
-def archive():
-    with open("run.checkpoint", "wb") as file:
-        np.savez(file, a=1)
-
-
 # What is made before, and the output asked for.
 OUTPUTS = {
     "a device": (lambda: device("run.nc"), "run.nc"),
     "a pipe": (lambda: os.mkfifo("run.nc"), "run.nc"),
     "a folder": (lambda: os.mkdir("run.nc"), "run.nc"),
-    "no name": (None, ""),
-    "no suffix": (None, "run"),
     "capitals, with the same files beside it": (None, "run.NC"),
-    "suffix of a checkpoint": (None, "run.checkpoint"),
     "a scene": (None, "scene.yaml"),
-    "too long": (None, "r" * 253 + ".nc"),
     "in a file": (None, "scene.yaml/run.nc"),
     "not UTF-8": (None, NOT_UTF8),
 }
 # The same for the stages that keep a checkpoint and a lock beside it.
 BESIDE = {
     "checkpoint is a text": (lambda: Path("run.checkpoint").write_text("a: 1"), "run.nc"),
-    "checkpoint is an archive": (archive, "run.nc"),
-    "checkpoint is a folder": (lambda: os.mkdir("run.checkpoint"), "run.nc"),
-    "checkpoint is a pipe": (lambda: os.mkfifo("run.checkpoint"), "run.nc"),
-    "checkpoint leads nowhere": (lambda: os.symlink("gone", "run.checkpoint"), "run.nc"),
     "lock is a text": (lambda: Path("run.nc.lock").write_text("mine"), "run.nc"),
-    "lock is a folder": (lambda: os.mkdir("run.nc.lock"), "run.nc"),
     "too long for a checkpoint": (None, "r" * 235 + ".nc"),
 }
 STAGES = {
@@ -102,117 +88,74 @@ def test_a_result_goes_to_a_file_of_its_own_or_nowhere(folder, dpd, stage, name)
     assert_refused(dpd(*STAGES[stage], "-o", output), before)
 
 
-@pytest.mark.parametrize("stage", ["compile", "verdicts", "report", "schemes"])
-@pytest.mark.parametrize("make", [device, os.mkfifo, os.mkdir])
-def test_no_stage_replaces_what_is_no_file(folder, dpd, stage, make, monkeypatch):
-    """The same for files that are no results of runs; nor a file of another kind."""
-    names = {"compile": ("smoke", POINT[1]), "verdicts": ("some.csv",)}
-    names |= {"report": ("smoke", POINT[1], "--results", "results"), "schemes": ("smoke",)}
-    monkeypatch.setattr("dpd.pipeline.compiling.compile_for", lambda scenes: ["compiled"])
-    made = {"compile": "made.txt", "verdicts": "made.csv", "report": "made.html"}
-    made |= {"schemes": "made.yaml", "document": "made.md"}
-    make(made[stage])
-    for output in (made[stage], "scene.yaml" if stage != "schemes" else "scene.nc"):
-        before = everything()
-        assert_refused(dpd(stage, *names.get(stage, ()), "-o", output), before, output)
-
-
-def kept_start(dpd):
-    """A start of the scene, in start.nc."""
-    assert dpd("run", "scene.yaml", "--start", "start.nc", "-o", "first.nc")[0] == 0
-    os.remove("first.nc")
-
-
-def spoil_start(change):
-    with netCDF4.Dataset("start.nc", "a") as file:
-        change(file)
-
-
-def without(name):
-    def change(file):
-        file.renameVariable(name, "other")
-
-    return change
-
-
-def cut(name):
-    """Keep the first half of a file."""
-    data = Path(name).read_bytes()
-    Path(name).write_bytes(data[: len(data) // 2])
-
-
-def put(name, value):
-    def change(file):
-        file[name][0, 0] = value
-
-    return change
-
-
-STARTS = {
-    "no position": lambda: spoil_start(without("position")),
-    "position is not a number": lambda: spoil_start(put("position", np.nan)),
-    "cut": lambda: cut("start.nc"),
-    "a text": lambda: Path("start.nc").write_text("start"),
+STAGES_OF_TEXT = {
+    "compile": ("smoke", POINT[1], "-o", "made.txt"),
+    "verdicts": ("some.csv", "-o", "made.csv"),
+    "report": ("smoke", POINT[1], "--results", "results", "-o", "made.html"),
+    "schemes": ("smoke", "-o", "made.yaml"),
 }
 
 
-@pytest.mark.parametrize("spoil", STARTS)
-def test_a_start_that_is_no_good_is_refused(folder, dpd, spoil):
+@pytest.mark.parametrize("stage", STAGES_OF_TEXT)
+@pytest.mark.parametrize("make", [device, os.mkdir])
+def test_no_stage_replaces_what_is_no_file(folder, dpd, stage, make, monkeypatch):
+    """The same for files that are no results of runs."""
+    monkeypatch.setattr("dpd.pipeline.compiling.compile_for", lambda scenes: ["compiled"])
+    *words, output = STAGES_OF_TEXT[stage]
+    make(output)
+    assert_refused(dpd(stage, *words, output), everything(), output)
+
+
+def rename(file):
+    file.renameVariable("position", "other")
+
+
+def spoil(file):
+    file["position"][0, 0] = np.nan
+
+
+@pytest.mark.parametrize("change", [rename, spoil])
+def test_a_start_that_is_no_good_is_refused(folder, dpd, change):
     """A sentence that names the file; no run."""
-    kept_start(dpd)
-    STARTS[spoil]()
+    assert dpd("run", "scene.yaml", "--start", "start.nc", "-o", "first.nc")[0] == 0
+    with netCDF4.Dataset("start.nc", "a") as file:
+        change(file)
     before = everything()
     found = dpd("run", "scene.yaml", "--start", "start.nc", "-o", "run.nc")
-    assert_refused(found, before, "start" if "is" in spoil else "start.nc")
+    assert_refused(found, before, "start")
 
 
 INPUTS = {
     "the start is the output": ("scene.yaml", "run.nc", "run.nc"),
     "the start is to be the scene": ("scene.yaml", "run.nc", "scene.yaml"),
-    "the start is a device": ("scene.yaml", "run.nc", "/dev/null"),
-    "the start is not UTF-8": ("scene.yaml", "run.nc", NOT_UTF8),
-    "a start without suffix": ("scene.yaml", "run.nc", "start"),
     "the output is the scene": ("scene.nc", "scene.nc", None),
-    "the output is a link to the scene": ("scene.nc", "link.nc", None),
     "the output is the scene under another name": ("scene.nc", "same.nc", None),
     "the checkpoint is the scene": ("run.checkpoint", "run.nc", None),
     "the scene is a folder": (".", "run.nc", None),
-    "the scene is a pipe": ("pipe", "run.nc", None),
-    "no scene": ("none.yaml", "run.nc", None),
-    "a scene of no name": ("", "run.nc", None),
 }
 
 
 @pytest.mark.parametrize("name", INPUTS)
 def test_no_input_is_lost(tmp_path, monkeypatch, dpd, name):
     """An output that is an input, by name or by inode, and inputs that are no files."""
-    here = tmp_path / "here"
-    here.mkdir()
-    monkeypatch.chdir(here)
-    for scene in ("scene.yaml", "scene.nc", "run.checkpoint"):
-        if name != "the checkpoint is the scene" and scene == "run.checkpoint":
-            continue
+    monkeypatch.chdir(tmp_path)
+    scenes = ["scene.yaml", "scene.nc", "run.checkpoint"]
+    for scene in scenes[: 3 if name == "the checkpoint is the scene" else 2]:
         Path(scene).write_text(yaml.safe_dump(SCENE))
-    os.symlink("scene.nc", "link.nc")
     os.link("scene.nc", "same.nc")
-    os.mkfifo("pipe")
     scene, output, start = INPUTS[name]
     before = everything()
     assert_refused(dpd("run", scene, "-o", output, *(["--start", start] if start else [])), before)
 
 
-OPTIONS = {
-    "--threads": ("0", "2000", "1.5", "", "two"),
-    "--checkpoint-every": ("-1", "nan", "inf", "", "often"),
-}
-BAD_OPTIONS = [(option, value) for option, values in OPTIONS.items() for value in values]
-
-
-@pytest.mark.parametrize(("option", "value"), BAD_OPTIONS)
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--threads", "0"), ("--threads", "1.5"), ("--checkpoint-every", "nan")],
+)
 def test_options_out_of_range(folder, dpd, option, value):
     """Refused before anything is written."""
     before = everything()
-    found = dpd("run", "scene.yaml", "-o", "run.nc", f"{option}={value[:9999]}")
+    found = dpd("run", "scene.yaml", "-o", "run.nc", f"{option}={value}")
     assert found[0] in (1, 2) and option.strip("-") in found[1]
     assert "allowed" in found[1] or "invalid" in found[1]
     assert everything() == before
@@ -220,32 +163,12 @@ def test_options_out_of_range(folder, dpd, option, value):
 
 TEXTS = {
     "empty": b"",
-    "a number": b"3",
     "a list": b"[1, 2]",
-    "not UTF-8": b"box: \xff\xfe",
-    "zeros": bytes(100),
-    "control characters": b"box: \x07",
-    "tabs": b"box:\n\t- 1",
     "not closed": b"box: [1, 2",
-    "deep keys": b"{a: " * 3000 + b"1" + b"}" * 3000,
-    "no date": b"box: 2026-99-99",
-    "no time": b"box: 2026-01-01 99:99:99",
-    "a date": b"box: 2026-01-01",
     "huge number": b"box: 1" + b"0" * 5000,
     "python": b"box: !!python/object/apply:os.system [ls]",
-    "bytes": b"box: !!binary aGVsbG8=",
-    "a set": b"box: !!set {a, b}",
-    "no bytes": b"box: !!binary x",
     "contains itself": b"box: &a [*a]",
-    "keys contain themselves": b"&a {box: *a}",
-    "list as key": b"[1, 2]: 3",
     "number as key": b"1: 2\nbox: 3",
-    "null as key": b"null: 2",
-    "unknown alias": b"box: *a",
-    "two documents": b"box: 1\n---\nbox: 2",
-    "binary number": b"box: 0b",
-    "sexagesimal": b"box: 190:20:30",
-    "merge of a number": b"<<: 3\nbox: 1",
     "aliases of aliases": b"a: &a [x,x,x,x,x,x,x,x]\n"
     + b"\n".join(
         b"%c: &%c [%s]" % (k, k, b",".join([b"*%c" % (k - 1)] * 8)) for k in range(98, 106)
@@ -262,16 +185,12 @@ def test_files_that_are_no_scenes(folder, dpd, name):
 
 
 def test_more_beads_than_memory(folder, dpd, monkeypatch):
-    """Before they are placed: the system would kill the process later."""
+    """Refused before they are placed: the system would kill the process later."""
     monkeypatch.setattr(running, "make_start", None)
-    scene = SCENE | {"box": 100}
-    Path("scene.yaml").write_text(yaml.safe_dump(scene))
-    sizes = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**16}
-    monkeypatch.setattr(os, "sysconf", sizes.get)
-    before = everything()
+    Path("scene.yaml").write_text(yaml.safe_dump(SCENE | {"box": 100}))
+    monkeypatch.setattr(os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**16}.get)
     found = dpd("run", "scene.yaml", "-o", "run.nc")
-    assert_refused(found, before, "3000000 beads take about 0.872 GiB of memory")
-    assert "has 0.25" in found[1]
+    assert_refused(found, word="3000000 beads take about 0.872 GiB of memory")
 
 
 HOSTILE = (

@@ -1,18 +1,23 @@
-"""Density fields in files: read from run.nc, and as VTK image data."""
+"""Density fields: as VTK image data, and what is where in their pictures."""
 
 import sys
 import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+import xarray as xr
 
+import dpd
 from dpd import files
 from dpd.commands.main import main
 from dpd.errors import UserError
-from dpd.particles.netcdf import Fields, fields_of, read_fields, write_image
+from dpd.particles.netcdf import Fields, read_fields, write_image
+from dpd.report.colours import BLUE, ORANGE
+from dpd.report.draw_fields import points_along, smoothed, triangles_around
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
+from tests.test_draw import Picture, looks
 
 BOXES = {2: (5.0, 6.5), 3: (5.0, 6.5, 4.0)}
 SHAPES = {2: (4, 5), 3: (4, 5, 3)}
@@ -97,19 +102,6 @@ def test_the_field_of_a_run_is_converted(run, tmp_path, capsys):
     np.testing.assert_array_equal(arrays["density B"], fields.density[1, 1].ravel(order="F"))
 
 
-def test_frames_of_a_lost_run(run):
-    """Those that it has."""
-    variables, _ = files.read(run)
-    variables["density_field"][2] = np.nan
-    assert len(fields_of(variables, "run.nc").time) == 2
-    variables["density_field"][:] = np.nan
-    with pytest.raises(UserError, match=r"run\.nc: the run was lost before the first frame"):
-        fields_of(variables, "run.nc")
-    variables["field_time"] = np.zeros(7)
-    with pytest.raises(UserError, match=r"run\.nc: its density field is damaged"):
-        fields_of(variables, "run.nc")
-
-
 def test_what_is_no_field(run, tmp_path, capsys):
     """One sentence each, and no file."""
     other = tmp_path / "other.nc"
@@ -126,9 +118,174 @@ def test_what_is_no_field(run, tmp_path, capsys):
     assert "allowed: .gsd, .data, .lmp, .nc, .vti" in capsys.readouterr().err
 
 
-def test_a_library_that_is_missing(run, tmp_path, capsys, monkeypatch):
-    """The extra that brings it."""
-    monkeypatch.setitem(sys.modules, "pyevtk.hl", None)
-    assert main(["convert", str(run), str(tmp_path / "x.vti")]) == 1
+BOX = np.array([6.0, 8.0, 10.0])
+CELLS = (24, 32, 40)
+
+
+def middles(box=BOX, cells=CELLS):
+    """Coordinates of the middles of cells, an array for each axis, to be broadcast."""
+    axes = [(np.arange(n) + 0.5) * edge / n for n, edge in zip(cells, box)]
+    return np.meshgrid(*axes, indexing="ij", sparse=True)
+
+
+def ball(centre, radius, box=BOX, cells=CELLS):
+    """A density that falls from 2 to 0 at a distance from a point, over images."""
+    square = 0
+    for along, at, edge in zip(middles(box, cells), centre, box):
+        apart = along - at
+        square = square + (apart - edge * np.round(apart / edge)) ** 2
+    return 1 + np.tanh(2 * (radius - np.sqrt(square)))
+
+
+def run_of(*frames, box=BOX, names="AB"):
+    """A run's dataset with these densities, (species, ...) each."""
+    axes = [f"field_{axis}" for axis in "xyz"[: len(box)]]
+    return xr.Dataset({
+        "density_field": (("frame", "species", *axes), np.array(frames, np.float32)),
+        "field_time": ("frame", 2.5 + 10 * np.arange(len(frames))),
+        "field_box": (("frame", "axis"), np.tile(box, (len(frames), 1))),
+        "species": ("species", list(names)),
+    })  # fmt: skip
+
+
+def kept(run, path):
+    """The same in a file."""
+    variables = {
+        name: (found.dims, found.values.astype(object) if name == "species" else found.values, "1",
+               name)
+        for name, found in run.variables.items()
+    }  # fmt: skip
+    files.write(path, variables, {})
+    return path
+
+
+def brightness(pixel):
+    """Of the colour map: its green rises with the density."""
+    return pixel[1]
+
+
+def test_smoothing_is_a_mean_with_gaussian_weights():
+    """A constant stays, the mean over the box too; a wave shrinks as a Gaussian makes it, also at
+    the faces."""
+    x, _, _ = middles()
+    wave = 1 + 0.5 * np.cos(2 * np.pi * x / 6) + 0 * ball((1, 1, 1), 1)
+    places = [np.array([0.0, 1.3, 5.99, 6.0]), np.array([0.0, 4.0]), np.array([7.7])]
+    found = smoothed(wave, BOX, places, 0.6)
+    assert found.shape == (4, 2, 1)
+    shrunk = 0.5 * np.exp(-0.5 * (2 * np.pi / 6 * 0.6) ** 2)
+    expected = 1 + shrunk * np.cos(2 * np.pi * places[0] / 6)
+    np.testing.assert_allclose(found, np.broadcast_to(expected[:, None, None], (4, 2, 1)), 1e-4)
+    random = np.random.default_rng(0).random(CELLS)
+    own = [axis.ravel() for axis in middles()]
+    assert smoothed(random, BOX, own, 0.4).mean() == pytest.approx(random.mean(), rel=1e-3)
+
+
+@pytest.mark.parametrize("centre", [(3, 4, 5), (0, 8, 10), (5.5, 0.5, 3)])
+def test_a_ball_is_a_closed_body(centre):
+    """Of its volume (the theorem of Gauss), also where faces of the box cut it; the sum of areas
+    is 0."""
+    field = smoothed(ball(centre, 2.0), BOX, points_along(BOX), 0.1)
+    corners = triangles_around(field, 1.0, BOX)
+    one, two, three = corners.swapaxes(0, 1)
+    across = 0.5 * np.cross(two - one, three - one)
+    assert (one * across).sum() / 3 == pytest.approx(4 / 3 * np.pi * 2**3, rel=0.02)
+    assert np.abs(across.sum(axis=0)).max() < 1e-3
+    assert corners.min() >= 0 and (corners.max(axis=(0, 1)) <= BOX).all()
+    assert not len(triangles_around(field, 2.5, BOX))
+
+
+def test_surfaces_are_drawn():
+    """A ball of A before one of B, at two times."""
+    frame = [ball((3, 1.5, 5), 1.5), ball((3, 6, 5), 1.5)]
+    picture = Picture(dpd.draw(run_of(frame, frame), [0, 1], surface=["A=1", "B=1"]))
+    blue, orange = (
+        np.argwhere(np.apply_along_axis(looks, 2, picture.pixels[100::8, ::8], colour))
+        for colour in (BLUE, ORANGE)
+    )
+    assert len(blue) > 1.1 * len(orange) > 100
+    assert {"A > 1", "B > 1", r"$t$ = 2.5 $\tau$"} <= set(picture.texts)
+
+
+@pytest.mark.parametrize(
+    ("plane", "inside", "outside"),
+    [("z=9", (1, 6), (4, 2)), ("y=6.2", (1, 9), (4, 4)), ("x=0.9", (6, 9), (2, 4))],
+)
+def test_slices_show_what_is_in_a_plane(plane, inside, outside):
+    """Bright where a ball at (1, 6, 9) is; nothing half a box away."""
+    run = run_of([ball((1, 6, 9), 1.5), ball((1, 6, 9), 0.2)])
+    picture = Picture(dpd.draw(run, slice=plane, species="A"))
+    assert brightness(picture.at(*inside)) > 0.75 and brightness(picture.at(*outside)) < 0.1
+    axis, place = plane.split("=")
+    far = (float(place) + BOX["xyz".index(axis)] / 2) % BOX["xyz".index(axis)]
+    away = Picture(dpd.draw(run, slice=f"{axis}={far}", species="A"))
+    bar = away.figure.axes[-1]
+    assert bar.get_ylim()[1] < 0.05
+    names = [f"${one}$ / $r_c$" for one in "xyz" if one != axis]
+    assert set(names) <= set(picture.texts) and "density of A / $r_c^{-3}$" in picture.texts
+
+
+def test_times_stand_side_by_side():
+    """A column for each, a row for each species, with one scale of colours in a row."""
+    weak, strong = 0.5 * ball((3, 4, 5), 2), ball((3, 4, 5), 2)
+    run = run_of([weak, strong], [strong, weak], [strong, strong])
+    picture = Picture(dpd.draw(run, [0, -2], slice="z=5"))
+    panels = [axes for axes in picture.figure.axes if axes.get_images()]
+    assert len(panels) == 4
+    assert [axes.get_title() for axes in panels[:2]] == [r"$t$ = 2.5 $\tau$", r"$t$ = 12.5 $\tau$"]
+    at = {k: brightness(picture.at(3, 4, k)) for k in range(4)}
+    assert at[0] < at[1] - 0.2 and at[3] < at[2] - 0.2
+    assert picture.figure.get_figwidth() == pytest.approx(17.8 / 2.54)
+    alone = dpd.draw(run, slice="z=5", size=12)
+    assert alone.get_figwidth() == pytest.approx(12 / 2.54)
+    left, right = (axes.get_position().x0 for axes in panels[:2])
+    assert right > left + 0.2
+
+
+def test_a_field_of_two_dimensions_is_one_plane():
+    """z=0, and no other."""
+    box, cells = BOX[:2], CELLS[:2]
+    run = run_of([ball((2, 6), 1, box, cells)] * 2, box=box)
+    picture = Picture(dpd.draw(run, slice="z=0", species=["B"]))
+    assert brightness(picture.at(2, 6)) > 0.75 and brightness(picture.at(5, 2)) < 0.1
+    for plane in ("z=1", "x=0"):
+        with pytest.raises(UserError, match=r"outside of the box; allowed: z=0"):
+            dpd.draw(run, slice=plane)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """A file with three frames."""
+    frames = [[ball((3, 4, 5), r), ball((0, 0, 0), r)] for r in (1.0, 1.5, 2.0)]
+    return kept(run_of(*frames), tmp_path_factory.mktemp("fields") / "run.nc")
+
+
+REFUSED = {
+    "no plane": (["--slice", "w=3"], "slice w=3: is outside of the box"),
+    "nowhere": (["--surface", "A=9"], "has no such value; allowed: between"),
+    "both": (["--slice", "z=1", "--surface", "A=1"], "leave the other out"),
+    "radius": (["--slice", "z=1", "--radius", "1"], "radius: has no effect"),
+    "frame": (["--slice", "z=1", "--frame", "0", "3"], "no frame 3"),
+    "frames of beads": (["--frame", "0", "1"], "a picture of beads shows one"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_pictures_that_are_refused(path, name, tmp_path, capsys, monkeypatch):
+    """One sentence, and no picture."""
+    monkeypatch.chdir(tmp_path)
+    options, said = REFUSED[name]
+    assert main(["draw", str(path), "-o", "picture.png", *options]) == 1
+    assert said in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_library_that_is_missing(path, capsys, monkeypatch, tmp_path):
+    """The extra that brings it; slices do without, and have the same bytes each time."""
+    monkeypatch.setitem(sys.modules, "skimage.measure", None)
+    picture = ["-o", str(tmp_path / "picture.png"), "--dpi", "50"]
+    assert main(["draw", str(path), "--surface", "A=1", *picture]) == 1
     assert "pip install 'dpd-papers[draw]'" in capsys.readouterr().err
-    assert not (tmp_path / "x.vti").exists()
+    made = [tmp_path / f"{name}.{suffix}" for name in "ab" for suffix in ("pdf", "svg")]
+    for each in made:
+        assert main(["draw", str(path), "--slice", "z=1", "-o", str(each), "--dpi", "50"]) == 0
+    assert [made[k].read_bytes() == made[k + 2].read_bytes() for k in (0, 1)] == [True, True]

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import dpd
-from dpd.files import read, read_group
+from dpd.files import read
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
+from tests.test_extend import assert_same
 
 CHAINS = {
     "dimension": 3,
@@ -28,15 +29,6 @@ SCHEDULE = [
     {"step": 90, "set": {"integrator.dt": 0.02, "repulsion.A B": 50}},
     {"step": 170, "set": {"integrator.scheme": "dpd-vv", "bond.stiffness": 30}},
 ]
-
-
-def assert_same(one, other):
-    """Two results with the same variables, state included."""
-    for of in (lambda path: read(path)[0], lambda path: read_group(path, "state")):
-        first, second = of(one), of(other)
-        assert first.keys() == second.keys()
-        for name, array in first.items():
-            assert np.array_equal(array, second[name], equal_nan=array.dtype.kind == "f"), name
 
 
 def test_what_was_set_is_the_schedule(tmp_path, monkeypatch):
@@ -130,8 +122,6 @@ WRONG = {
         {"boxx": 4},
         "'boxx' cannot change while the system runs; allowed: bond, integrator",
     ),
-    "the box": ({"box": 6}, "'box' cannot change while the system runs"),
-    "a value": ({"thermostat.kT": "hot"}, "thermostat.kT: 'hot' is not a number"),
     "a setting": ({"integrator.dtt": 1}, "unknown key 'dtt'; allowed: .* did you mean 'dt'"),
     "what slides": ({"shear.rate": 0.2}, "neither that nor dt can change while the system runs"),
     "what begins": ({"body_force.strength": 1}, "'body_force' would begin or cease to act"),
@@ -159,9 +149,6 @@ def test_calls_that_are_refused(tmp_path, monkeypatch):
     for call, said in (
         (lambda: sim.set(dd=1), "set: 'dd' cannot change here; allowed: "),
         (lambda: sim.set(kT=1, gamm=2), "did you mean 'gamma'"),
-        (lambda: sim.set({"seed": 2}), "'seed' cannot change"),
-        (lambda: sim.run(0), "steps: 0 is out of range"),
-        (lambda: sim.save("run.txt"), "ends in .nc"),
         (lambda: dpd.Simulation(CHAINS | {"observe": ["trajectory"]}), "writes a file beside"),
     ):
         with pytest.raises(dpd.UserError, match=said):
@@ -182,7 +169,6 @@ EXACT = {"integrator": {"scheme": "dpd-vv", "dt": 0.02}}
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("change", [
-    {"integrator": {"scheme": "lowe-andersen", "dt": 0.02}},
     {"integrator": {"scheme": "shardlow", "dt": 0.02}},
     {"pressure": {"target": 30, "time": 0.3}, "pairs": {"search": "list"}, **EXACT},
     {"walls": {"axis": "z", "repulsion": 200, "gamma": 4}, "observe": LOOKS, **EXACT},

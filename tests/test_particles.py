@@ -9,7 +9,6 @@ import MDAnalysis
 import numpy as np
 import pytest
 
-from dpd import files
 from dpd.errors import UserError
 from dpd.particles.formats import read, write
 from dpd.particles.particles import Particles, checked
@@ -109,8 +108,6 @@ def test_a_file_of_another_program(tmp_path, dimension):
             place[:, 0] = half[:, 0]  # belongs to the other face
             frame.particles.position = np.zeros((expected.beads, 3))
             frame.particles.position[:, :dimension] = place.T
-            frame.angles.N = 1
-            frame.angles.group = [[0, 1, 2]]
             frame.dihedrals.N = 1
             frame.dihedrals.group = [[0, 1, 2, 3]]
             file.append(frame)
@@ -123,7 +120,6 @@ def test_a_file_of_another_program(tmp_path, dimension):
         assert found.position[0, 0] == 0 and found.image[0, 0] == 1  # 5 is exact, 6.3 is not
         assert (found.step, found.velocity, found.names) == (10 * shift, None, ("B", "A"))
         assert found.box == expected.box  # not 6.300000191
-        assert found.angles.tolist() == [[0, 1, 2]]
         left = ["charge" in said or "dihedrals" in said for said in found.left_out]
         assert left == [True, True]
     for number in (3, -4):
@@ -147,14 +143,20 @@ def write_each_kind(folder):
     (folder / "stopped.checkpoint").rename(folder / "run.checkpoint")
 
 
-def test_files_of_this_program(tmp_path):
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with a file of each kind."""
+    folder = tmp_path_factory.mktemp("made")
+    write_each_kind(folder)
+    return folder
+
+
+def test_files_of_this_program(made):
     """Beads of a start are those that a run begins with, and a checkpoint has the same."""
-    write_each_kind(tmp_path)
-    scene = Scene(SCENE)
-    begun, start, last = make_start(scene), read(tmp_path / "start.nc"), read(tmp_path / "run.nc")
+    begun, start, last = make_start(Scene(SCENE)), read(made / "start.nc"), read(made / "run.nc")
     np.testing.assert_array_equal(start.position, begun.position)
     np.testing.assert_array_equal(start.velocity, begun.velocity)
-    kept = read(tmp_path / "run.checkpoint")
+    kept = read(made / "run.checkpoint")
     for found in (start, last, kept):
         assert (found.box, found.names, found.bonds.shape) == ((4, 4, 4), ("A",), (0, 2))
     assert (start.step, last.step, last.velocity) == (0, 220, None)
@@ -174,51 +176,26 @@ def test_the_command_converts(folder, dpd, capsys):
         ("none.gsd", "x.gsd", "there is no such file"),
         ("melt.nc", "melt.nc", "would take the place of what is read"),
         ("melt.nc --frame 2", "x.gsd", "there is no frame 2: the file holds one"),
-        ("a.gsd --frame -2", "x.nc", "there is no frame -2; allowed: 0 to 0"),
-        ("a.gsd", "none/of/x.checkpoint", "suffix '.checkpoint'"),
     ):
         code, errors = dpd("convert", *source.split(), target)
         assert code == 1 and "Traceback" not in errors
         assert re.search(said, errors), errors
-    write(melt(2), " \tc.nc")  # whose blanks the NetCDF library would drop
-    assert_same(read(" \tc.nc"), melt(2), 1e-14)
-    assert_same(read("c.nc"), melt(3), 1e-14)
-    os.truncate("a.gsd", 3000)
-    assert dpd("convert", "a.gsd", "x.nc")[0] == 1
-    assert not list(folder.glob("x.*")) and not (folder / "none").exists()
-    assert dpd("convert", "b.data", "/proc/x.gsd")[0] == 1
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """A folder with a file of each kind."""
-    folder = tmp_path_factory.mktemp("made")
-    write_each_kind(folder)
-    return folder
-
-
-@pytest.mark.parametrize("name", ["melt.gsd", "melt.data", "melt.nc", "start.nc", "run.checkpoint"])
-def test_files_that_are_cut_off(made, tmp_path, name):
-    """At any size that has not all of the beads; nothing but a sentence."""
-    whole = (made / name).read_bytes()
-    path = tmp_path / name
-    rng = random.Random(name)
-    sizes = {0, 1, 7, 100, 255, 256, len(whole) // 2, len(whole) - 1}
-    for size in sizes | {rng.randrange(len(whole)) for _ in range(15)}:
-        path.write_bytes(whole[:size])
-        with pytest.raises(UserError, match=name):
-            read(path)
+    assert not list(folder.glob("x.*"))
 
 
 @pytest.mark.parametrize("name", ["melt.gsd", "melt.data", "melt.nc", "run.nc", "run.checkpoint"])
-def test_files_with_other_bytes(made, tmp_path, name):
-    """Some bytes are others: it is read, or refused in a sentence that names the file.
+def test_files_that_are_damaged(made, tmp_path, name):
+    """Cut off, or some bytes are others: it is read, or refused in a sentence that names the file.
 
     The part of the GSD library that is written in C ends the process for some of these.
     """
     whole = (made / name).read_bytes()
     path = tmp_path / name
-    for seed in range(100):
+    for size in (0, 7, 256, len(whole) // 2, len(whole) - 1):
+        path.write_bytes(whole[:size])
+        with pytest.raises(UserError, match=name):
+            read(path)
+    for seed in range(60):
         rng, damaged = random.Random(seed), bytearray(whole)
         reach = len(whole) if seed % 2 else min(300, len(whole))  # half of them in the header
         for _ in range(rng.choice([1, 2, 8])):
@@ -232,43 +209,17 @@ def test_files_with_other_bytes(made, tmp_path, name):
             assert_same(checked(found, path), found)
 
 
-@pytest.mark.parametrize("suffix", ["gsd", "data", "lmp", "nc", "checkpoint"])
-def test_what_is_no_such_file(tmp_path, suffix):
-    """Nothing, a folder, a pipe, an empty file, random bytes, a text."""
-    path = tmp_path / f"x.{suffix}"
-    with pytest.raises(UserError, match="there is no such file"):
-        read(path)
-    for make in (path.mkdir, lambda: os.mkfifo(path)):
-        make()
-        with pytest.raises(UserError, match="is not a file"):
-            read(path)
-        path.rmdir() if path.is_dir() else path.unlink()
-    for content in (b"", random.Random(1).randbytes(5000), b"some text\nof two lines\n"):
-        path.write_bytes(content)
-        with pytest.raises(UserError, match=rf"x\.{suffix}: "):
-            read(path)
-    path.chmod(0)
-    if not os.access(path, os.R_OK):  # it is, for the superuser
-        with pytest.raises(UserError, match="Permission denied"):
-            read(path)
-
-
 def test_a_gsd_file_that_is_wrong(tmp_path):
     """Each is a whole GSD file."""
     path = tmp_path / "wrong.gsd"
     cases = (
         ("frame.configuration.box = [4, 4, 4, 0.1, 0.2, 0]", "tilt factors 0.1, 0.2, 0; allowed"),
-        ("frame.configuration.box = [4, 4, 4, 0.6, 0, 0]", "by up to half an edge"),
         ("frame.configuration.box = [4, 0, 4, 0, 0, 0]", "an edge that is not a positive"),
-        ("frame.configuration.dimensions = 1", "1 dimensions; allowed: 2 or 3"),
         ("frame.configuration.dimensions = 2", "two dimensions, and beads that are not at z"),
         ("frame.particles.position[3, 1] = np.nan", "bead 3 has a position"),
-        ("frame.particles.velocity[4, 0] = np.inf", "bead 4 has a velocity"),
         ("frame.particles.position[5, 2] = 4", "bead 5 is outside of the box of 4 x 4 x 4"),
         ("frame.particles.typeid[6] = 7", "bead 6 is of a kind that is not one of the 1"),
         ("frame.bonds.group = [[0, 9]]", "bonds have beads that are not from 0 to 7"),
-        ("frame.bonds.group = [[2, 2]]", "twice in the bond of bead 2, bead 2"),
-        ("frame.particles.position = None", "has position for 0; the file .* lacks them"),
         ("frame.bonds.N, frame.bonds.group = 2, [[0, 1], [1, 0]]", "0 and bead 1 are bonded more"),
     )
     for change, said in cases:
@@ -284,13 +235,3 @@ def test_a_gsd_file_that_is_wrong(tmp_path):
             file.append(frame)
         with pytest.raises(UserError, match=rf"wrong\.gsd: .*{said}"):
             read(path)
-    with gsd.hoomd.open(path, "w"):
-        pass
-    with pytest.raises(UserError, match="there is no frame -1; allowed: none"):
-        read(path)
-
-
-def test_a_netcdf_file_without_beads(tmp_path):
-    files.write(tmp_path / "other.nc", {"x": (("y",), np.zeros(3), "1", "nothing")}, {})
-    with pytest.raises(UserError, match="holds no last configuration"):
-        read(tmp_path / "other.nc")

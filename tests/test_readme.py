@@ -15,11 +15,10 @@ from dpd import __version__
 from dpd.commands.main import new_parser
 from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
-from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import Results
 from dpd.pipeline.study import read_config
 from dpd.report import archive, documents
-from dpd.report.documents import counts, deviations, figure_counts, pages, run_table
+from dpd.report.documents import deviations, figure_counts, pages, run_table
 from dpd.scene.scene import Scene
 
 README = (ROOT / "README.md").read_text()
@@ -40,13 +39,6 @@ PAPERS = read_config()["papers"]
 def name_of(path):
     """Of a page, for the names of tests."""
     return str(path.relative_to(ROOT))
-
-
-def test_the_readme_is_read_in_five_minutes():
-    """At most 120 lines, of a width that a terminal shows."""
-    lines = README.splitlines()
-    assert len(lines) <= 120
-    assert not [line for line in lines if len(line) > 100 and not line.startswith("|")]
 
 
 def test_generated_pages_are_fresh():
@@ -155,14 +147,6 @@ def test_the_ratios_of_the_readme_are_those_of_the_benchmark():
     assert len(ratios) == 4 and f"{first} and {last} times" in " ".join(README.split())
 
 
-@pytest.mark.parametrize("paper", PAPERS)
-def test_findings_quote_no_measurement(paper):
-    """Prose that a run cannot contradict by other noise: no value with an error."""
-    prose = (ROOT / "paper_figures" / paper / "findings.md").read_text()
-    assert len(prose) > 1000
-    assert not re.search(r"\+-|±|\d %", prose)
-
-
 def citation():
     """What CITATION.cff says."""
     return yaml.safe_load((ROOT / "CITATION.cff").read_text())
@@ -181,23 +165,6 @@ def test_the_citation_is_of_this_version():
     assert found["license"] == project["license"] == "BSD-3-Clause"
     assert "BSD 3-Clause" in (ROOT / "LICENSE").read_text()
     assert found["authors"] == project["authors"]
-
-
-@pytest.mark.parametrize("paper", PAPERS)
-def test_the_citation_refers_to_the_papers(paper):
-    """Same title, volume, page and year as the paper's file; a DOI or address. Else a publisher."""
-    read = read_paper(paper, "quick", only=[])
-    (entry,) = [entry for entry in citation()["references"] if entry["title"] == read.title]
-    if entry["type"] == "manual":
-        publisher = entry["publisher"]
-        assert read.reference == f"{publisher['name']}, {publisher['city']} ({entry['year']})"
-        return
-    assert f" {entry['volume']}, {entry['start']} ({entry['year']})" in read.reference
-    assert all(author["family-names"] in read.reference for author in entry["authors"])
-    if "doi" in entry:
-        assert re.fullmatch(r"10\.\d{4}/\S+", entry["doi"])
-    else:
-        assert entry["url"].startswith("https://")
 
 
 def row(quantity, verdict, **more):
@@ -230,45 +197,23 @@ def archived(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_counts(archived):
-    """By paper and verdict; closed forms and own checks apart."""
+def test_counts_and_deviations(archived):
+    """By paper and verdict, closed forms and own checks apart; values with their errors."""
     lines = documents.filled("<!-- begin: fast counts -->\nold\n<!-- end -->\n").splitlines()
     assert lines[0] == "<!-- begin: fast counts -->" and lines[-1] == "<!-- end -->"
     link = "[one](paper_figures/one/README.md)"
     assert f"| {link} | 3 | 1 | 2 | 0 | 1 of 1 | 0 of 1 |" in lines and "old" not in lines
-    assert "| two | 1 | 0 | 0 | 1 | none | none |" in counts(TABLE).splitlines()
-
-
-def test_deviations():
-    """Published value with what it is sure of, ours with its error; a paper without any."""
     lines = deviations(TABLE[TABLE.paper == "one"]).splitlines()
     assert "| Figure 2 | peak | 0.5, rounded by 0.005 | 0.5200 ± 0.0040 | 5.0 |" in lines
-    assert "| Own figure: slope | a \\| b (check) | 0.5 ± 0.01 | 0.5200 ± 0.0040 | 5.0 |" in lines
-    assert "| Figure 2 | rate | &gt; 0.6 | 0.5200 ± 0.0040 | 5.0 |" in lines
-    assert deviations(TABLE[TABLE.paper == "two"]) == "Nothing deviates."
-
-
-def test_verdicts_of_each_figure():
-    """In the order of the titles; a figure without numbers has zeros."""
-    titles = {"slope": "Slope.", "fig02_radial": "g(r).", "fig03_none": "None."}
-    lines = figure_counts(TABLE, titles).splitlines()[2:]
+    lines = figure_counts(TABLE, {"slope": "Slope.", "fig03_none": "None."}).splitlines()[2:]
     assert lines[0] == "| [Own figure: slope](slope.py) | Slope. | 0 | 1 | 0 |"
-    assert lines[1].startswith("| [Figure 2](fig02_radial.py) | ") and "| 2 | 2 | 1 |" in lines[1]
-    assert lines[2] == "| [Figure 3](fig03_none.py) | None. | 0 | 0 | 0 |"
+    assert lines[1] == "| [Figure 3](fig03_none.py) | None. | 0 | 0 | 0 |"
 
 
-@pytest.mark.parametrize(
-    "text, words",
-    [
-        ("<!-- begin: fast sums -->\n<!-- end -->", "allowed: 'fast counts'"),
-        ("<!-- begin: slow counts -->\n<!-- end -->", "no such file"),
-        ("<!-- begin: fast counts -->\n", "no <!-- end -->"),
-    ],
-)
-def test_blocks_that_cannot_be_filled(archived, text, words):
+def test_blocks_that_cannot_be_filled(archived):
     """A sentence, not half a table."""
-    with pytest.raises(UserError, match=words):
-        documents.filled(text)
+    with pytest.raises(UserError, match="no <!-- end -->"):
+        documents.filled("<!-- begin: fast counts -->\n")
 
 
 def test_the_archive_takes_whole_tables_only(archived, tmp_path):
@@ -299,12 +244,3 @@ def test_the_archive_draws_kept_pictures_anew(archived, tmp_path):
     assert written[1:] == [kept / "slope.png"] == archive.pictures("one")
     with Image.open(kept / "slope.png") as picture:
         assert picture.size == (80, 40) and picture.convert("RGB").getpixel((5, 5)) == (255, 0, 0)
-
-
-def test_a_picture_without_a_figure_file_is_refused(archived):
-    """It would be of nothing."""
-    folder = archived / "figures" / "one"
-    folder.mkdir(parents=True)
-    Image.new("RGB", (8, 8)).save(folder / "lost.png")
-    with pytest.raises(UserError, match=r"no figure file lost\.py"):
-        archive.pictures("one")

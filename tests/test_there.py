@@ -70,23 +70,7 @@ def test_a_result_of_the_same_scene_is_kept(done, dpd):
     assert contents() == before
 
 
-def test_a_result_with_a_start_and_an_automatic_step(folder, dpd):
-    """The same again is the same: what was found for it, or read, is part of it."""
-    auto = {"scheme": "auto", "tolerance": 0.05}
-    write("scene.yaml", SCENE | {"integrator": auto})
-    command = ("run", "scene.yaml", "--start", "start.nc", "-o", "run.nc")
-    assert dpd(*command)[0] == 0
-    before = contents()
-    code, said = dpd(*command)
-    assert code == 0 and "it is kept" in said and contents() == before
-    shown = dpd("run", "scene.yaml", "--start", "run.nc", "-o", "next.nc")
-    assert shown[0] == 0
-    assert "it is kept" in dpd("run", "scene.yaml", "--start", "run.nc", "-o", "next.nc")[1]
-    write("scene.yaml", SCENE | {"integrator": auto | {"tolerance": 0.06}})
-    assert_refused(dpd, *command, words="another scene")
-
-
-@pytest.mark.parametrize("what", ["edited", "longer", "shorter", "damaged", "no run", "no NetCDF"])
+@pytest.mark.parametrize("what", ["edited", "longer", "shorter", "damaged", "no NetCDF"])
 def test_anything_else_is_refused(done, dpd, what):
     """With the whole line that replaces it."""
     if what == "edited":
@@ -98,14 +82,8 @@ def test_anything_else_is_refused(done, dpd, what):
     elif what == "shorter":
         write("scene.yaml", LONGER)
         words = "this scene, 100 steps shorter (`dpd extend` makes a result longer)"
-    elif what == "damaged":
-        os.truncate("run.nc", 5000)
-        words = "no result of a run that can be read"
-    elif what == "no run":
-        files.write("run.nc", {}, {"mine": 1})
-        words = "no result of a run that can be read"
     else:
-        done.write_text("notes")
+        os.truncate("run.nc", 5000) if what == "damaged" else done.write_text("notes")
         words = "no result of a run that can be read"
     assert_refused(dpd, "run", "scene.yaml", "-o", "run.nc", words=words)
 
@@ -226,21 +204,13 @@ def test_a_result_and_the_trajectory_beside_it_are_of_one_run(folder, dpd, monke
 
 
 def test_what_a_longer_run_would_replace(done, dpd):
-    """Another result, the state of another extension; the same one is kept."""
+    """Another result; the same one is kept."""
     command = ("extend", "run.nc", "--sample", "100", "-o", "longer.nc")
     assert dpd(*command)[0] == 0
     before = contents()
     assert "longer.nc: is there already, of the same scene" in dpd(*command)[1]
     assert contents() == before
     assert_refused(dpd, *command[:3], "50", *command[4:], words="50 steps longer")
-    stop(
-        "extend", "run.nc", "--sample", "2000", "--checkpoint-every", "0", where="Checkpoint.save",
-        first="own(*arguments)",
-    )  # fmt: skip
-    os.remove("run.nc.lock")
-    words = "run.checkpoint: holds the state of a run that was stopped or killed"
-    assert_refused(dpd, "extend", "run.nc", "--sample", "70", words=words)
-    assert files.attribute("run.nc", "steps") == 290
 
 
 def test_what_other_commands_write(folder, dpd):
@@ -283,10 +253,5 @@ def test_sweeps(folder):
     with pytest.warns(UserWarning, match="made by another version of this program; it is kept"):
         second = package.sweep(SCENE, axes, output="runs", progress=False)
     assert second.pressure.equals(first.pressure)
-    package.sweep(SCENE, axes, output="runs", progress=False, overwrite=True)
+    package.sweep(EDITED, axes, output="runs", progress=False, overwrite=True)
     assert files.attribute(runs[0], "sources") != "another"
-    other = EDITED | {"steps": {"equilibrate": 0, "sample": 200}}
-    package.sweep(other, axes, output="runs", progress=False, overwrite=True)
-    Path("runs/sweep.nc").write_text("mine")
-    with pytest.raises(Occupied, match=r"sweep.nc: is there already"):
-        package.sweep(other, axes, output="runs", progress=False)

@@ -186,14 +186,13 @@ def load(path: str | os.PathLike) -> xr.Dataset:
             variable.attrs["units"] = variable.attrs["units"].replace("dimension", dimension)
     written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
     made = ", ".join(f"{name} {data.attrs[name]}" for name in ("sources", "numpy", "numba"))
-    about = {
+    data.attrs = {
         "title": f"Dissipative particle dynamics of {data.attrs['beads']} beads",
         "source": f"dpd-papers ({made})",
         "history": f"{written:%Y-%m-%dT%H:%M:%SZ} written by dpd run",
         "comment": UNITS,
         "Conventions": CONVENTIONS,
-    }
-    data.attrs = about | data.attrs
+    } | data.attrs
     return data
 
 
@@ -233,8 +232,8 @@ def sweep(
         there are cores for; threads of each run.
     output : path, optional
         A folder for the results, and for the dataset as ``sweep.nc``. Results of the same scene
-        that are there already are not made again (a warning says so of other versions); a run
-        that was stopped goes on. Without it nothing is left on the disk.
+        are not made again (a warning tells of other versions), and a run that was stopped goes on.
+        Without it nothing is left on the disk.
     overwrite : bool, optional
         Whether to replace results of other scenes and versions, and a ``sweep.nc`` of other axes.
 
@@ -319,8 +318,7 @@ def _refuse_other(path: Path, planned: Sweep) -> None:
 def _run_all(points, threads, overwrite, workers, progress):
     """Run points of a sweep, each as `python -m dpd run`; say what failed once all have ended.
 
-    Processes that Python's own pool starts would run a script anew that has no guard of
-    ``__main__``, and could not be stopped so that they keep their states.
+    Python's own pool would need a guard of ``__main__``, and could not keep states when stopped.
     """
     at_work: set[subprocess.Popen] = set()
     how = ["--threads", str(threads), *["--overwrite"] * overwrite]
@@ -340,9 +338,10 @@ def _run_all(points, threads, overwrite, workers, progress):
         for line in said:
             if line.startswith(WARNING):
                 warnings.warn(f"{point.name}: {line.removeprefix(WARNING)}", stacklevel=1)
+        if not child.returncode:
+            return ""
         problem = said[-1] if said else f"ended with code {child.returncode}"
-        problem = problem.removeprefix(FAILED).removeprefix(f"{scene}: ")
-        return f"{point.name}: {problem}" if child.returncode else ""
+        return f"{point.name}: {problem.removeprefix(FAILED).removeprefix(f'{scene}: ')}"
 
     with Progress(len(points), "dpd.sweep", progress) as done, ThreadPoolExecutor(workers) as pool:
         under_way = [pool.submit(run_one, *each) for each in points]
@@ -383,8 +382,7 @@ def as_scene(
     pages = [*pages, *(page for _, page in asked if page is not None)]
     where, folder = "scene", Path()
     if isinstance(given, str | os.PathLike):
-        path = Path(given)
-        data, where, folder = read_yaml(path), str(path), path.parent
+        data, where, folder = read_yaml(Path(given)), str(Path(given)), Path(given).parent
     elif isinstance(given, Scene):
         data, where = given.data, given.where
     elif isinstance(given, Mapping):

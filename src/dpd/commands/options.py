@@ -17,11 +17,7 @@ if TYPE_CHECKING:
     from dpd.runs.run import Options
 
 
-class Option(NamedTuple):
-    """An argument of a command, as `argparse` takes it."""
-
-    names: tuple[str, ...]
-    settings: dict[str, Any]
+Option = tuple[tuple[str, ...], dict[str, Any]]  # as `ArgumentParser.add_argument` takes it
 
 
 class Command(NamedTuple):
@@ -36,8 +32,8 @@ COMMANDS: dict[str, Command] = {}  # in the order in which --help lists them
 
 
 def option(*names: str, **settings: Any) -> Option:
-    """What `argparse.ArgumentParser.add_argument` takes."""
-    return Option(names, settings)
+    """An argument of a command."""
+    return names, settings
 
 
 def command(*arguments: str | Option, output: str = "") -> Callable:
