@@ -8,7 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import SimpleNamespace
 
 import netCDF4
@@ -222,7 +222,10 @@ def test_kernels_that_others_could_have_written_are_not_run(tmp_path, monkeypatc
     jit._warn.cache_clear()
 
 
-LONG = SCENE | {"steps": {"equilibrate": 20, "sample": 30_000}}
+LONG = SCENE | {
+    "steps": {"equilibrate": 20, "sample": 30_000},
+    "observe": [*SCENE["observe"], {"trajectory": {"every": 300}}],
+}
 
 
 def command(folder, name):
@@ -242,7 +245,9 @@ def wait_for_step(path, step):
     """
 
     def now():
-        return np.load(path)["step"] if path.exists() else 0
+        with suppress(FileNotFoundError), np.load(path) as file:
+            return file["step"]
+        return 0
 
     began = now()  # a process that has only begun would not hear a signal
     while now() < max(step, began + 1):
@@ -275,4 +280,6 @@ def test_a_run_killed_at_random_moments_ends_like_one_that_was_not(tmp_path):
         assert found.variables.keys() == expected.variables.keys()
         for name, variable in expected.variables.items():
             np.testing.assert_array_equal(found[name][...], variable[...], err_msg=name)
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["run.nc", "scene.yaml", "whole.nc"]
+    assert (tmp_path / "run.gsd").read_bytes() == (tmp_path / "whole.gsd").read_bytes()
+    names = ["run.gsd", "run.nc", "scene.yaml", "whole.gsd", "whole.nc"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == names

@@ -53,6 +53,7 @@ OUTPUTS = {
     "a device": (lambda: device("run.nc"), "run.nc"),
     "a pipe": (lambda: os.mkfifo("run.nc"), "run.nc"),
     "a folder": (lambda: os.mkdir("run.nc"), "run.nc"),
+    "no suffix": (None, "run"),
     "capitals, with the same files beside it": (None, "run.NC"),
     "a scene": (None, "scene.yaml"),
     "in a file": (None, "scene.yaml/run.nc"),
