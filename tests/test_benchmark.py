@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from benchmarks import measure
 from benchmarks.costs import whole_run
 from benchmarks.lammps import TABLE, Lammps, _write_beads, _write_core, installed
 from benchmarks.systems import workload
@@ -126,27 +125,6 @@ def test_whole_runs_beside_the_bare_loop(name):
     """Of a small system in the place of the real one: both rates."""
     scene = workload(name, box=6, steps={"sample": 60}, start={})
     assert (whole_run(scene, make_start(scene), turns=2) > 0).all()
-
-
-def test_rates_are_kept_beside_the_last_ones(tmp_path, monkeypatch):
-    """Of this processor; with a ratio where there is something to compare with."""
-    monkeypatch.setattr(measure, "HISTORY", tmp_path / "history.csv")
-    rates = {
-        "W1": ("fluid", np.array([5e6, 6e6, 7e6]), np.array([1e6, 2e6, 2e6])),
-        "W2": ("melt", np.array([4e6] * 3), np.full(3, np.nan)),
-    }
-    first = measure.rows_of(rates)
-    text = measure.as_text(first, rates, measure.history())
-    assert "6.00 million bead-steps per second (5.00 to 7.00), ratio 3.50   fluid" in text
-    assert "4.00 to 4.00)   melt" in text
-    measure.append(first)
-    measure.append(first.assign(rate=1.0, processor="another"))
-    rates["W1"] = ("fluid", np.array([3e6] * 3), np.array([1e6] * 3))
-    text = measure.as_text(measure.rows_of(rates), rates, measure.history())
-    assert f"ratio 3.00; at {first.commit[0]}: 6.00, ratio 3.50   fluid" in text
-    kept = measure.history()
-    assert list(kept.columns) == measure.COLUMNS and len(kept) == 4
-    assert kept.rate.tolist() == [6, 4, 1, 1]
 
 
 def test_outside_of_a_clone(tmp_path, monkeypatch):

@@ -64,13 +64,6 @@ def test_a_scene_with_chi_has_its_repulsion():
     assert plain.digest != scene.digest and start_digest(plain) == start_digest(scene)
 
 
-def test_the_start_relaxes_with_the_repulsion_of_chi():
-    """Two values of chi relax to two starts."""
-    relaxed = BLEND | {"start": {"relax": {"steps": 10, "dt": 0.02}}}
-    one, other = (start_digest(Scene(relaxed | {"chi": {"A B": chi}})) for chi in (4, 5))
-    assert one != other
-
-
 def test_the_shortest_molecule_decides():
     """Chains with chains by Eq. 27; a solvent of single beads by Eq. 24."""
     three = {"A A": 25, "B B": 25, "C C": 25, "A C": 30, "B C": 30}

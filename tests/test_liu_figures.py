@@ -28,14 +28,6 @@ def test_elongation_of_rods_and_rings():
     assert found == pytest.approx([1.0, 0.0], abs=1e-12)
 
 
-def test_where_a_chain_goes_over_to_free_diffusion():
-    """g_i = t + t^(1/2) and g_cm = t: the ratio is 2 at t = 1, whatever the grid."""
-    figure = load_module(PAPER, "fig06_displacement")
-    inner, centre = curve(TIME + TIME**0.5), curve(TIME)
-    assert figure._meeting(inner, centre)[0] == pytest.approx(1.0, rel=5e-3)
-    assert np.isnan(figure._meeting(curve(10 * TIME), centre)[0])
-
-
 def test_shapes_of_ideal_chains():
     """The measure of how diverse chains are: itself in units of itself; one shape alone is not."""
     figure = load_module(PAPER, "fig04_snapshot")
@@ -67,18 +59,6 @@ def test_ideal_chains_have_no_plateau(beads):
     limit, _ = published(PAPER)["level"]["range"]
     assert 0.5 < found.decades < 0.9 < limit
     assert low <= found.low < found.high <= high
-
-
-def test_drift_of_the_closest_contact():
-    """First bins drawn evenly over a decade's logarithm fall; fixed ones do not."""
-    figure = load_module(PAPER, "fig02_radial_distribution")
-    r = np.arange(0.005, 1.0, 0.01)
-    first = np.random.default_rng(1).integers(20, 40, size=50)
-    falling = (np.arange(len(r)) >= first[:, None]).astype(float)
-    slopes = figure._slopes(r, falling)
-    assert len(slopes) == figure.PARTS and np.mean(slopes) < -3 * np.std(slopes) / 2 < 0
-    assert figure._slopes(r, np.tile(falling[:1], (50, 1))) == pytest.approx([0] * 4, abs=1e-12)
-    assert np.isnan(figure._slopes(r, falling[:20])).all()
 
 
 def pressures(exponent):

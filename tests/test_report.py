@@ -189,9 +189,6 @@ def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
     assert said.startswith("simulation 153 s (runs and starts: 3), wall clock 110 s on 2 cores")
     assert ": 44% more" in said
     os.utime(tmp_path / "b/runs/s/p/run.nc", (999.0, 999.0))
-    assert workflow.overhead(tmp_path, 1000.0, 2).startswith(
-        "simulation 101 s (runs and starts: 2)"
-    )
     assert ": 116% more" in workflow.overhead(tmp_path, 1000.0, 4)  # no faster than one run
     assert workflow.overhead(tmp_path, 1106.0, 2) == ""
     # Nothing runs beside a measurement: it takes all cores.

@@ -174,13 +174,7 @@ def test_what_is_missing_is_said():
     with pytest.raises(UserError, match="observe 'stress_profile'"):
         tension_of_profile(run.drop_vars("normal_pressure_profile"))
     short = {"steps": {"equilibrate": 0, "sample": 20}}
-    with pytest.raises(UserError, match="did not observe 'profile'"):
-        bulks(dpd.run(FLUID | short | {"observe": ["stress_profile"]}, progress=False))
     with pytest.raises(UserError, match="1 species"):
         bulks(dpd.run(FLUID | short, progress=False))
     with pytest.raises(UserError, match="without walls"):
         tension_of_profile(dpd.run(CHANNEL | short, progress=False))
-    across = SLABS | short
-    across["observe"] = [{"profile": {"axis": "x"}}, {"stress_profile": {"axis": "z"}}]
-    with pytest.raises(UserError, match="along different axes"):
-        slab_tension(dpd.run(across, progress=False))

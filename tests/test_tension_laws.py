@@ -8,12 +8,6 @@ import xarray as xr
 
 from dpd.scene.scene import Scene
 from paper_figures.groot_warren_1997.fig10_scale_factors import with_slope
-from paper_figures.groot_warren_1997.interface_theory import (
-    BROSETA,
-    HELFAND,
-    finite_length,
-    tension_of_long_chains,
-)
 from paper_figures.groot_warren_1997.tension_laws import collapse, tension_law
 from paper_figures.groot_warren_1997.tension_sweeps import sweep_tension
 from tests.test_surface_tension import made_up
@@ -108,14 +102,6 @@ def test_a_sweep_of_slabs():
     assert found.beads.values.tolist() == [1, 1]
     one = sweep_tension(sweep.isel(replica=[0]))
     assert found.tension_error.values == pytest.approx(one.tension_error.values / np.sqrt(2))
-
-
-def test_mean_field():
-    """Helfand's limit on a lattice, and both corrections."""
-    assert tension_of_long_chains(6.0) == pytest.approx(1)
-    assert tension_of_long_chains(1.5, 3.0, 2.0) == pytest.approx(3)
-    assert finite_length(BROSETA, BROSETA) == 0 and finite_length(10, HELFAND) < 1
-    assert BROSETA > HELFAND
 
 
 def test_a_law_that_is_not_that_of_the_points_is_unlikely():
