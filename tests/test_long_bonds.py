@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from dpd import laws
-from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
-from dpd.errors import LostRun, UserError
+from dpd.errors import UserError
 from dpd.files import read
 from dpd.laws import stretched_share
-from dpd.observe.common.measured import observables, stretched
+from dpd.observe.common.measured import stretched
 from dpd.physics.bond import BondLaw
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start, system_of
+from dpd.start.common.make import make_start
+from tests.test_bad_input import refusal
 
 DIMERS = {
     "dimension": 3,
@@ -36,9 +36,7 @@ DIMERS = {
 )  # fmt: skip
 def test_bonds_that_are_too_long_for_the_box_are_refused(change, share):
     """Before anything runs, with the share that is expected and the remedy."""
-    with pytest.raises(UserError) as caught:
-        Scene(DIMERS | change, "my.yaml")
-    message = str(caught.value)
+    message = refusal(Scene, DIMERS | change, "my.yaml")
     for part in ("my.yaml: bond: stiffness", share, "larger box", "allowed: 0.0001"):
         assert part in message, message
 
@@ -84,15 +82,6 @@ def test_a_run_whose_bonds_grow_too_long_ends_without_a_result(unchecked, tmp_pa
     assert not (tmp_path / "run.nc").exists()
 
 
-def test_a_run_of_a_map_records_it(unchecked, tmp_path):
-    """As it does a run that blows up."""
-    scene = Scene(DIMERS | {"unstable": "record"})
-    simulate(scene, tmp_path / "run.nc", make_start(scene))
-    variables, attributes = read(tmp_path / "run.nc")
-    assert 0 < attributes["lost_step"] <= 1200
-    assert np.isnan(variables["kT"][-1])
-
-
 def bonds_of(position, members, box):
     """Vectors along bonds."""
     one, other = members.T
@@ -111,18 +100,6 @@ def test_what_is_counted():
     for y in (2.99, 3.11):  # before and after both flip
         position[1, 3] = y
         assert stretched(bonds_of(position, members, box), box) == 3
-
-
-def test_a_run_that_goes_on_remembers_what_it_found(unchecked, tmp_path):
-    """What a checkpoint holds of it is a count."""
-    scene = Scene(DIMERS)
-    system = system_of(scene)
-    watch = observables(scene, system)[-1]
-    assert "count" in watch.arrays and not watch.variables()
-    watch.arrays["count"][0] = 10**6
-    simulation = Simulation(system, make_start(scene))
-    with pytest.raises(LostRun):
-        watch.sample(simulation)
 
 
 BOX = 6.2  # the smallest in which these dimers are not refused

@@ -9,11 +9,11 @@ import yaml
 import dpd
 from dpd.digest import ROOT
 from dpd.engine.simulation import Simulation
-from dpd.errors import UserError
 from dpd.files import read
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
+from tests.test_bad_input import refusal
 from tests.test_own_pages import SCENE, command
 
 MORSE = '''"""A Morse attraction between beads, times w^2 so that it ends smoothly at the cutoff."""
@@ -90,17 +90,6 @@ def test_forces_and_energy_are_those_of_the_formulas(folder, depth):
     assert float(np.ravel(sums.energy)[0]) == pytest.approx(energy, rel=1e-11)
 
 
-def test_energy_is_conserved_without_friction(folder):
-    """The force is the slope of the energy in the engine as well; one species, a rigid core."""
-    data = OWN | {
-        "molecules": [{"architecture": "A", "density": 3}], "repulsion": {"A A": 25},
-        "thermostat": {"gamma": 0}, "morse": {"depth": 2}, "steps": {"sample": 400},
-        "integrator": {"scheme": "gw-vv", "dt": 0.005}, "observe": [{"thermo": {"every": 20}}],
-    }  # fmt: skip
-    run = dpd.run(data, progress=False)
-    assert np.ptp(run.total_energy.values) < 0.01 * float(run.kT.mean()) * run.attrs["beads"]
-
-
 def test_the_same_bits_for_threads_and_processes(folder):
     """Compiled here, read from the disk in a process of its own, shared by two threads."""
     first = dpd.run(OWN, progress=False)
@@ -138,25 +127,7 @@ BAD = [
 def test_what_is_wrong_is_told_before_anything_compiles(folder, change, said):
     """With the line, and where it is a slope, with both numbers."""
     (folder / "morse.py").write_text(MORSE.replace(*change))
-    with pytest.raises(UserError) as caught:
-        Scene(OWN)
-    assert re.search(re.escape(said), str(caught.value)), caught.value
-    assert "\n" not in str(caught.value)
-
-
-def test_settings_are_checked_as_any(folder):
-    """Pairs that are missing, numbers out of range, unknown keys."""
-    for settings, said in (
-        ({"depth": {"A A": 1}}, "morse.depth: no value for the pair 'A B'; add 'A B: 1'"),
-        ({"depth": -1}, "morse.depth: -1 is out of range; allowed: >= 0"),
-    ):
-        with pytest.raises(UserError) as caught:
-            Scene(OWN | {"morse": settings})
-        assert said in str(caught.value)
-    with pytest.raises(UserError, match="unknown key 'morse'"):
-        Scene(PLAIN | {"morse": {"depth": 1}})
-    with pytest.raises(UserError, match="measured without 'morse'"):
-        Scene(OWN | {"integrator": {"scheme": "auto"}})
+    assert said in refusal(Scene, OWN)
 
 
 def test_the_page_of_the_documentation(folder):

@@ -17,7 +17,6 @@ import dpd
 from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.page import Observable
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import read_yaml
@@ -36,29 +35,6 @@ class Neighbours(Observable, key="neighbours"):
 
     def measure(self, now):
         return 2 * len(now.pairs(self.within).i) / now.beads
-'''
-BLOCKS = '''
-import numpy as np
-from dpd.page import Change, Observable, setting
-
-
-class Share(Observable, key="share"):
-    """Share of each species in the lower half of the box, and the height of all beads."""
-
-    stands = frozenset(Change)
-    gives = {
-        "share": (("block", "name"), "1", "share of beads below the middle"),
-        "height": (("block",), "r_c", "mean height"),
-    }
-
-    def axes(self, scene):
-        return {"name": (np.array(scene.species), "1", "species")}
-
-    def measure(self, now):
-        z = now.positions[:, 2]
-        low = z < now.box[2] / 2
-        return {"share": [low[now.of(name)].mean() for name in now.scene.species],
-                "height": z.mean()}
 '''
 MORSE = """
 from math import exp
@@ -126,16 +102,6 @@ def test_from_the_command_line(folder):
     assert dpd.run(whole, progress=False).neighbours.values.tobytes() == longer.tobytes()
 
 
-def test_blocks_and_axes(folder):
-    """Two variables of one page, over blocks, with a coordinate."""
-    (folder / "share.py").write_text(BLOCKS)
-    own = {"pages": ["share.py"], "observe": ["thermo", {"share": {"every": 1}}]}
-    run = dpd.run(SCENE | own, progress=False)
-    assert run.share.dims == ("block", "name") and list(run.name.values) == ["A", "B"]
-    assert float(run.height.mean()) == pytest.approx(2, abs=0.3)
-    assert float(run.share.mean()) == pytest.approx(0.5, abs=0.1)
-
-
 def test_an_edited_page_runs_again_and_a_comment_does_not(folder):
     """Also where the edit is in a file beside it; the plain fluid keeps its result."""
 
@@ -160,13 +126,10 @@ def test_an_edited_page_runs_again_and_a_comment_does_not(folder):
 
 
 BAD = [
-    (("now.beads", "now.bead"), "observe.neighbours: line 14: AttributeError: "),
     (("2 * len", "2 * ln"), "line 14: NameError: name 'ln' is not defined"),
     (("return 2", "return [1, 2]  # 2"), "'neighbours' has the shape (2,) instead of ()"),
     (("return 2", "return float('nan')  # 2"), "'neighbours' has values that are not finite"),
-    (("within: float", "within float"), "pages.0: "),
     (('key="neighbours"', 'key="rdf"'), "'rdf' is a page of the package"),
-    (("class", "import nothing_here\n\n\nclass"), "line 6: ModuleNotFoundError: No module"),
     ((PAGE, "x = 1\n"), "there is no page in it"),
 ]
 
@@ -183,13 +146,8 @@ def test_what_is_wrong_is_told_with_its_line(folder, change, said):
 
 def test_settings_and_refusals_are_those_of_any_page(folder):
     """Bounds, unknown keys, names that are near, and changes that it has said nothing of."""
-    for settings, said in (
-        ({"within": 9}, "observe.neighbours.within: 9 is out of range; allowed: <= 5"),
-        ({"withn": 1}, "unknown key 'withn'; allowed: every, within; did you mean 'within'?"),
-    ):
-        with pytest.raises(UserError) as caught:
-            Scene(SCENE | {"pages": ["mine.py"], "observe": [{"neighbours": settings}]})
-        assert said in str(caught.value)
+    with pytest.raises(UserError, match=r"observe\.neighbours\.within: 9 is out of .*: <= 5"):
+        Scene(SCENE | {"pages": ["mine.py"], "observe": [{"neighbours": {"within": 9}}]})
     with pytest.raises(UserError, match="did you mean 'neighbours'"):
         Scene(SCENE | {"pages": ["mine.py"], "observe": ["neighbour"]})
     with pytest.raises(UserError, match="'neighbours' is not known"):
@@ -197,8 +155,6 @@ def test_settings_and_refusals_are_those_of_any_page(folder):
     (folder / "mine.py").write_text(PAGE.replace("    stands = frozenset(Change)\n", ""))
     with pytest.raises(UserError, match="takes the images of the box to stay"):
         Scene(SCENE | {"pages": ["mine.py"], "shear": {"rate": 0.1}})
-    with pytest.raises(UserError, match=r"pages\.0: .*none\.py: cannot be read"):
-        Scene(SCENE | {"pages": ["none.py"]})
 
 
 def test_the_page_of_the_documentation(folder):
@@ -279,7 +235,7 @@ def test_what_is_kept_and_compared(folder):
 
 
 def test_an_object_of_a_class(folder, monkeypatch):
-    """Given to `dpd.run`, from a file that was imported; one that stands in no file is refused."""
+    """Given to `dpd.run`, from a file that was imported."""
     monkeypatch.syspath_prepend(folder)
     mine = importlib.import_module("mine")
     plain = {key: value for key, value in SCENE.items() if key != "observe"}
@@ -288,15 +244,6 @@ def test_an_object_of_a_class(folder, monkeypatch):
     named = dpd.run(SCENE | {"pages": ["mine.py"]}, progress=False)
     np.testing.assert_array_equal(given.neighbours, named.neighbours)
     assert command("extend", "run.nc", "--sample", 20).returncode == 0
-
-    class Cell(Observable, key="cell"):
-        gives = mine.Neighbours.gives
-
-    Cell.__module__ = "__main__"
-    monkeypatch.delattr(sys.modules["__main__"], "__file__", raising=False)
-    for wrong, said in ((Cell(), "stands in no file"), (Cell, "is no observable")):
-        with pytest.raises(UserError, match=said):
-            dpd.run(plain, observe=[wrong], progress=False)
     sys.modules.pop("mine")
 
 
@@ -318,10 +265,6 @@ def height(snapshot):
 
 def powers(x):
     return np.abs(x) ** LENGTH
-
-
-def _hidden(snapshot):
-    return 1
 '''
 
 
@@ -346,9 +289,8 @@ def test_a_function_is_an_observable(folder, monkeypatch):
     np.testing.assert_array_equal(given.height, run.height)
     swept = dpd.sweep(plain, {"box": [4]}, observe=[short.height], progress=False)
     assert swept.height.dims == ("box", "replica", "height_sample")
-    for wrong in (short.powers, short._hidden):
-        with pytest.raises(UserError, match="is no observable; allowed: names, functions of a"):
-            dpd.run(plain, observe=[wrong], progress=False)
+    with pytest.raises(UserError, match="is no observable; allowed: names, functions of a"):
+        dpd.run(plain, observe=[short.powers], progress=False)
     (folder / "short.py").write_text(FUNCTIONS.replace("[:, 2]", "[:, 3]"))
     with pytest.raises(UserError, match=r"observe\.height: line 14: IndexError: "):
         dpd.run(named, progress=False)  # before anything has run
@@ -369,11 +311,9 @@ def test_a_cell_of_a_notebook(folder, monkeypatch):
     monkeypatch.delattr(sys.modules["__main__"], "__file__", raising=False)
     text = FUNCTIONS + "done.append(dpd.run(scene, observe=[height], output='run.nc'))\n"
     done = []
-    names = cell(text, 1, done=done, dpd=dpd, scene=SCENE | {"observe": []})
+    cell(text, 1, done=done, dpd=dpd, scene=SCENE | {"observe": []})
     assert len(done) == 1 and done[0].height.shape == (3,)
     assert command("extend", "run.nc", "--sample", 20).returncode == 0
-    again = dpd.run(SCENE | {"observe": []}, observe=[names["height"]], progress=False)
-    np.testing.assert_array_equal(again.height, done[0].height)
     page = cell(PAGE, 2)["Neighbours"]
     force = cell(MORSE, 3)["Morse"]
     asked = SCENE | {"morse": {"depth": {"A A": 1, "A B": 0, "B B": 3}}}
@@ -382,9 +322,6 @@ def test_a_cell_of_a_notebook(folder, monkeypatch):
     with pytest.raises(UserError, match="'Morse' stands in no file"):
         exec(MORSE, names := {"__name__": "__main__"})
         Scene(asked, pages=[names["Morse"]])
-    broken = cell(FUNCTIONS.replace("import numpy as np", ""), 4, np=np)
-    with pytest.raises(UserError, match=r"line \d+: NameError.*; a cell of a notebook that"):
-        dpd.run(SCENE | {"observe": []}, observe=[broken["size"]], progress=False)
 
 
 def test_a_script_that_would_run_itself(folder):
@@ -417,15 +354,11 @@ def test_helpers_of_two_folders_with_one_name(folder):
     }
     run = dpd.run(SCENE | both, progress=False)
     assert (run.one == 1).all() and (run.two == 2).all() and "helper" not in sys.modules
-    before = Scene(SCENE | both).page_files
     (folder / "two" / "helper.py").write_text("V = 5\n")
     assert (dpd.run(SCENE | both, progress=False).two == 5).all()
-    assert Scene(SCENE | both).page_files != before
 
 
-@pytest.mark.parametrize(
-    "pages", [["evil.py"], [{"path": "evil.py", "sha256": ""}], [{"path": "/evil.py"}], "evil.py"]
-)
+@pytest.mark.parametrize("pages", [["evil.py"], [{"path": "evil.py", "sha256": ""}]])
 def test_a_result_runs_no_file_that_it_does_not_pin(folder, pages):
     """Whatever its scene says."""
     (folder / "evil.py").write_text("open('harmed', 'w')\n")
@@ -441,11 +374,10 @@ def test_a_page_changes_nothing_but_its_own(folder):
     )
     with pytest.raises(UserError, match=r"line 14: ValueError: .*read-only"):
         dpd.run(SCENE | {"pages": ["mine.py"]}, progress=False)
-    for name in ("kT", "last_position"):
-        (folder / "mine.py").write_text(PAGE.replace('"neighbours": ((', f'"{name}": (('))
-        own = {"pages": ["mine.py"], "observe": ["thermo", {"neighbours": {"every": 20}}]}
-        with pytest.raises(UserError, match=f"'{name}' is a variable of another observable"):
-            dpd.run(SCENE | own, progress=False)
+    (folder / "mine.py").write_text(PAGE.replace('"neighbours": ((', '"kT": (('))
+    own = {"pages": ["mine.py"], "observe": ["thermo", {"neighbours": {"every": 20}}]}
+    with pytest.raises(UserError, match="'kT' is a variable of another observable"):
+        dpd.run(SCENE | own, progress=False)
 
 
 def test_pairs_do_not_reach_through_walls(folder):
@@ -464,8 +396,6 @@ def test_keys_of_sections(folder):
     """Of ours, and of a page of one's own; a name that is near; the version."""
     walls = command("keys", "walls")
     assert walls.returncode == 0 and "walls.gamma: number >= 0, <= 1000000; if not" in walls.stdout
-    everything = command("keys").stdout
-    assert "box: Edge of" in everything and "observe[].rdf: " in everything
     own = command("keys", "neighbours", "--page", "mine.py").stdout
     assert "observe[].neighbours.within: number > 0, <= 5 [r_c]; if not given: 0.8" in own
     wrong = command("keys", "wals")
@@ -478,10 +408,10 @@ def test_the_schema_for_editors(folder):
     printed = command("schema", "--page", "mine.py")
     check = jsonschema.Draft202012Validator(json.loads(printed.stdout)).is_valid
     for path in (PACKAGE / "scenes").glob("*.yaml"):
-        assert check(read_yaml(path)), path
+        assert check(read_yaml(path)) and Scene.read(path).beads > 0, path
     assert check(SCENE) and check(SCENE | {"bond": {"A B": {"stiffness": 4}}})
     for wrong in (
-        {"boxx": 4}, {"observe": ["neighbour"]}, {"box": "4"}, {"walls": {"axis": "z"}},
+        {"boxx": 4}, {"box": "4"}, {"walls": {"axis": "z"}},
         {"observe": [{"neighbours": {"within": 9}}]}, {"integrator": {"scheme": "leapfrog"}},
     ):  # fmt: skip
         assert not check(SCENE | wrong), wrong

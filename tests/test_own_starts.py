@@ -18,6 +18,7 @@ from dpd.start import start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import compile_start, make_start
 from tests import test_own_pages
+from tests.test_bad_input import refusal
 from tests.test_own_pages import command
 
 PAGE = '''"""Beads on a line."""
@@ -120,9 +121,7 @@ def test_settings_are_those_of_any_page(folder):
          "slabs, line; did you mean 'line'?"),
         ({"method": "slabs"}, "start.step: has no effect with method 'slabs'; take 'method: line'"),
     ):  # fmt: skip
-        with pytest.raises(UserError) as caught:
-            Scene(SCENE | {"start": SCENE["start"] | start})
-        assert said in str(caught.value)
+        assert said in refusal(Scene, SCENE | {"start": SCENE["start"] | start})
     with pytest.raises(UserError, match="'line' is not known"):
         Scene(SCENE | {"pages": []})
 

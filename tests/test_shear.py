@@ -10,7 +10,6 @@ from dpd.engine.queries.bonds import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import TURN, tilted
 from dpd.errors import UserError
-from dpd.page import Change, Observable, find, names
 from dpd.particles.formats import read, write
 from dpd.particles.particles import Particles
 from dpd.physics.shear import Shear
@@ -31,33 +30,6 @@ FLUID = SCENE | {
     ],
 }  # fmt: skip
 PLANE = FLUID | {"dimension": 2, "box": [4.5, 4]}
-
-
-def test_only_observables_that_know_of_it_look_at_a_flow():
-    cannot = [name for name in names(Observable) if find(Observable, name).why_not(Change.SLIDES)]
-    assert 5 < len(cannot) < 15
-    for name in cannot:
-        with pytest.raises(UserError):
-            Scene(FLUID | {"observe": [name]})
-
-
-def test_bonds_that_could_meet_other_images_are_refused():
-    """In a box whose images tilt there is less room than in one of right angles."""
-    data = FLUID | {
-        "molecules": [{"architecture": "A 2", "density": 3}],
-        "bond": {"stiffness": 4, "length": 0},
-        "observe": ["thermo"],
-        "box": [4.4, 4.2, 5],
-    }
-    Scene({key: value for key, value in data.items() if key != "shear"})
-    with pytest.raises(UserError, match="bond: stiffness 4"):
-        Scene(data)
-
-
-def test_a_small_step_does_not_take_a_list_under_shear():
-    small = FLUID | {"integrator": {"scheme": "gw-vv", "dt": 0.0005}, "observe": ["thermo"]}
-    assert system_of(Scene(small)).skin == 0
-    assert system_of(Scene({k: v for k, v in small.items() if k != "shear"})).skin > 0
 
 
 def test_bonds_cross_at_the_images_that_have_slid():
@@ -149,30 +121,6 @@ def test_other_programs_find_beads_in_the_tilted_box(tmp_path):
     assert float(line.split()[0]) == pytest.approx(0.37 * 5.0) and line.split()[1:3] == ["0.0"] * 2
 
 
-def test_images_of_a_trajectory_follow_free_beads(tmp_path):
-    """They go straight in the laboratory, through faces whose images slide."""
-    free = {"repulsion": {"A A": 0}, "thermostat": {"gamma": 0, "kT": 0.04}}
-    asked = {"steps": {"sample": 200}, "observe": [{"trajectory": {"every": 5}}]}
-    scene = Scene(PLANE | free | asked | {"shear": {"rate": 0.6}})
-    simulate(scene, tmp_path / "run.nc", make_start(scene))
-    import gsd.hoomd
-
-    places = []
-    with gsd.hoomd.open(tmp_path / "run.gsd") as file:
-        for frame in file:
-            lx, ly, _, xy, _, _ = frame.configuration.box
-            image = frame.particles.image
-            x = frame.particles.position[:, :2] + 0.5 * np.array([lx + xy * ly, ly])
-            x[:, 0] += lx * image[:, 0] + xy * ly * image[:, 1]
-            x[:, 1] += ly * image[:, 1]
-            places.append(x)
-    places = np.array(places)
-    assert len(places) == 40
-    straight = np.diff(places, 2, axis=0)
-    assert np.abs(straight).max() < 1e-4
-    assert np.abs(places[-1] - places[0]).max() > 2 * 4.5
-
-
 @pytest.fixture(scope="module")
 def sheared(tmp_path_factory):
     """A run under shear that keeps its end, with images that have slid."""
@@ -227,13 +175,6 @@ def test_a_tilted_box_does_not_begin_another_scene(sheared, change, words):
         assert word in str(caught.value)
 
 
-def test_a_tilted_box_is_not_relaxed_at_rest(sheared):
-    _, path = sheared
-    start = {"method": "file", "path": str(path), "relax": {"steps": 10, "dt": 0.01}}
-    with pytest.raises(UserError, match=r"start\.relax: .* at rest"):
-        make_start(Scene(FLUID | {"start": start}))
-
-
 def test_a_sheared_run_made_longer_is_one_that_was_planned_that_long(sheared, tmp_path):
     """Bit for bit, from a start whose images had slid before, with two threads."""
     _, path = sheared
@@ -250,13 +191,6 @@ def test_a_sheared_run_made_longer_is_one_that_was_planned_that_long(sheared, tm
     one, other = read(tmp_path / "run.gsd"), read(tmp_path / "whole.gsd")
     np.testing.assert_array_equal(one.position, other.position)
     assert one.box.tilt == other.box.tilt
-
-
-def test_what_configuration_saw_last_has_its_tilt(tmp_path):
-    """At step 120 of 130, where the box tilted otherwise than in the end."""
-    scene = Scene(FLUID | {"observe": [{"configuration": {"every": 50}}]})
-    simulate(scene, tmp_path / "run.nc", make_start(scene))
-    assert read(tmp_path / "run.nc").box.tilt == pytest.approx(system_box(scene, 120).tilt)
 
 
 @pytest.fixture(scope="module")

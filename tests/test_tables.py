@@ -8,13 +8,13 @@ import yaml
 from scipy.interpolate import CubicSpline
 
 import dpd
-from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.physics.common.forces import pair_record
 from dpd.physics.pair import CELLS, on_grid, read_table
 from dpd.scene.scene import Scene
 from dpd.start import start_digest
-from dpd.start.common.make import make_start, system_of
+from dpd.start.common.make import system_of
+from tests.test_bad_input import refusal
 from tests.test_own_forces import PLAIN
 from tests.test_own_pages import command
 
@@ -49,28 +49,6 @@ def test_a_table_of_the_soft_force_gives_the_same_run(folder):
     np.testing.assert_allclose(found.pair_energy, expected.pair_energy, rtol=1e-8)
 
 
-def test_forces_and_energy_are_those_of_the_spline(folder):
-    """Added up by NumPy; straight on to 0, and nothing behind the end."""
-    data = OWN | {"repulsion": dict.fromkeys(PLAIN["repulsion"], 0), "thermostat": {"gamma": 0}}
-    scene = Scene(data)
-    simulation = Simulation(system_of(scene), make_start(scene))
-    state = simulation.state
-    position = state.by_identity(state.position)
-    apart = position[:, :, None] - position[:, None]
-    apart -= 4 * np.round(apart / 4)
-    r = np.sqrt((apart**2).sum(axis=0)) + 9 * np.eye(len(scene.kinds))
-    spline = CubicSpline(R, UNLIKE[2])
-    near = spline(R[0]) + (r - R[0]) * spline(R[0], 1)
-    push = np.where(r < R[0], near, np.where(r < 0.9, spline(r), 0))
-    push *= scene.kinds[:, None] != scene.kinds
-    force = (push * apart / r).sum(axis=2)
-    np.testing.assert_allclose(state.by_identity(state.force), force, rtol=1e-5, atol=1e-5)
-    inside = (r < 0.9) & (scene.kinds[:, None] != scene.kinds)
-    energy = (60 * (0.9 - r) ** 3 - 30 * (0.9 - r) ** 2)[inside].sum() / 2
-    sums = simulation.measure()
-    assert float(np.ravel(sums.energy)[0]) == pytest.approx(energy, rel=1e-5)
-
-
 def test_the_grid_is_as_exact_as_it_should_be(folder):
     """Its force within 1e-8 of the largest of the spline, and minus the slope of its energy."""
     r = np.linspace(0.01, 1, 100)
@@ -86,6 +64,9 @@ def test_the_grid_is_as_exact_as_it_should_be(folder):
         assert law.force(x, 0) == pytest.approx(-slope, abs=1e-7)
         assert law.energy(x, 0) == pytest.approx(-(np.sin(np.pi * (1 - x)) ** 2), abs=1e-5)
     assert on_grid(read_table("wave.csv", "my.yaml")).shape == (CELLS, 5)
+    nearer = spline(0.01) - 0.01 * spline(0.01, 1)  # straight on to 0, and nothing behind the end
+    assert law.force(0.0, 1.0) == pytest.approx(nearer, abs=3e-8)
+    assert law._replace(end=0.9).force(0.95, 0.05) == law._replace(end=0.9).energy(0.95, 0.05) == 0
     none = record._replace(table=0, end=1.0)
     assert none.force(0.3, 0.7) == none.energy(0.3, 0.7) == 0
 
@@ -131,8 +112,5 @@ BAD = [
 def test_what_is_wrong_is_told_with_row_and_column(folder, text, said):
     """And with the file."""
     (folder / "unlike.csv").write_text(text)
-    with pytest.raises(UserError) as caught:
-        Scene(OWN)
-    message = str(caught.value)
+    message = refusal(Scene, OWN)
     assert said in message and "pair.B A: " in message and "unlike.csv: " in message, message
-    assert "\n" not in message

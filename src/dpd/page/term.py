@@ -68,7 +68,6 @@ class Start(Page):
     )
 
     def conflicts(self) -> Refusals:
-        """Forces that never act."""
         if self.forces != StartForces() and not self.acts:
             text = "has no effect: nothing is relaxed or grown; add start.relax, as {steps: 1000, "
             yield "forces", f"{text}dt: 0.01}}, or remove the key"
@@ -225,7 +224,6 @@ class PairForce(Term):
         raise NotImplementedError
 
     def unknown(self, scene: Any) -> Refusals:
-        """Tables that have not a value for each pair of species."""
         for name, table in self.tables().items():
             yield from inside(name, check_table(table, scene, scene.pairs, 1))
 
@@ -284,7 +282,6 @@ class BondForce(BondedForce):
         return least_energy(self)
 
     def unknown(self, scene: Any) -> Refusals:
-        """Pairs that are not bonded, and bonded ones without a value."""
         if not scene.has_bonds:
             text = "every molecule is a single bead; remove the key, or give an architecture of"
             yield "", f"{text} several beads, as 'A 10'"
@@ -293,7 +290,6 @@ class BondForce(BondedForce):
             yield from inside(name, check_table(table, scene, scene.species_along(2)))
 
     def refuses(self, scene: Any) -> Refusals:
-        """Bonds that are too long for the box."""
         from dpd.laws import too_long
 
         yield from too_long(self.laws(scene), scene)

@@ -53,7 +53,6 @@ class HarmonicAngles(BondedForce, key="angle"):
         return {key: Angle(stiffness=law.stiffness, angle=radians(law.angle)) for key, law in laws}
 
     def refuses(self, scene: Any) -> Refusals:
-        """Angles that no molecule has."""
         if not (there := scene.species_along(3)):
             yield "", "no molecule has three beads in a row; remove the key"
         elif isinstance(self.law, dict):

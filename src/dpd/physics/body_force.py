@@ -35,13 +35,11 @@ class DrivingForce(Term, key="body_force"):
     )  # fmt: skip
 
     def conflicts(self) -> Refusals:
-        """Two flows that would not lie side by side."""
         if self.opposite == self.axis:
             text = f"{self.axis} is the axis that the force acts along; take another one, across "
             yield "opposite", f"{text}which the two flows lie"
 
     def refuses(self, scene: Any) -> Refusals:
-        """A force that nothing stands against."""
         if self.opposite and "xyz".index(self.opposite) in scene.ended:
             text = f"there are walls along {self.opposite}, between which one flow is enough; "
             yield "opposite", f"{text}remove the key, or name an axis without walls"
@@ -67,11 +65,9 @@ class DrivingForce(Term, key="body_force"):
         return frozenset({Change.FLOWS} if flows else ())
 
     def across(self, scene: Any) -> tuple[int, ...]:
-        """The axis across which it turns round."""
         return ("xyz".index(self.opposite),) if self.opposite else ()
 
     def records(self, scene: Any) -> dict[str, Any]:
-        """The force on each species, and where it turns round."""
         axis, across = "xyz".index(self.axis), "xyz".index(self.opposite or self.axis)
         middle = 0.5 * scene.box[across] if self.opposite else math.inf
         strength = np.array(scene.by_species(self.strength))

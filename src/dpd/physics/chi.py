@@ -72,13 +72,11 @@ class Chi(Term, key="chi"):
             refuse(f"{problem}. Or give a 'repulsion' instead")
 
     def refuses(self, scene: Any) -> Refusals:
-        """Forces with which it was not measured."""
         for term in scene.terms.values():
             if term.keeps_apart:
                 yield "", f"was measured without {term.key!r}; give a 'repulsion' instead"
 
     def notes(self, scene: Any) -> Iterator[str]:
-        """What came of each chi, and what the relation was not measured for."""
         from dpd.theory.repulsion import relation_at
 
         shortest = {pair: _lengths(scene, pair.split())[0] for pair in self.pairs}

@@ -37,18 +37,15 @@ class RigidCore(Term, key="core"):
     )  # fmt: skip
 
     def conflicts(self) -> Refusals:
-        """An edge beyond the cutoff."""
         room = CUTOFF - 2 * self.radius
         if self.smooth > room:
             text = f"{self.smooth:g} beyond a core of diameter {2 * self.radius:g} goes past the "
             yield "smooth", f"{text}cutoff; allowed: <= {room:g}"
 
     def changes(self, scene: Any) -> frozenset[Change]:
-        """A jump of the force, where there is a core."""
         return frozenset({Change.JUMPS} if self.radius else ())
 
     def records(self, scene: Any) -> dict[str, Any]:
-        """The repulsion with the core."""
         core = Core(scene.repulsion, 2.0 * self.radius, float(self.force), self.smooth or None)
         return {"pair": core} if self.radius else {}
 

@@ -136,7 +136,6 @@ class Integrator(Term, key="integrator"):
     _guess: Integrator | None = PrivateAttr(None)
 
     def conflicts(self) -> Refusals:
-        """A time step or a tolerance, as the scheme is named or not."""
         if self.scheme != "auto" and self.tolerance is not None:
             yield "tolerance", "only scheme 'auto' has one"
         if self.scheme != "auto" and self.dt is None:

@@ -78,7 +78,6 @@ class TabulatedForces(PairForce, key="pair"):
         return {pair: file["sha256"] for pair, file in self.plain().items()}
 
     def unknown(self, scene: Any) -> Refusals:
-        """Pairs of other species, and those that are there twice."""
         yield from check_table(self.files, scene, scene.pairs, "")
 
     def numbers(self, scene: Any) -> dict[str, Any]:

@@ -97,11 +97,7 @@ class ConstantPressure(Term, key="pressure"):
         return values["pressure_tensor"][:, along, along], self.target
 
     def refuses(self, scene: Any) -> Refusals:
-        """An unknown compressibility, trials that take too long, pressures that empty the box.
-
-        Hardly one of such trials would count. And repulsion only adds to the pressure of an ideal
-        gas of the molecules.
-        """
+        """Repulsion only adds to the pressure of an ideal gas of the molecules."""
         if self.compressibility is None:
             text = "the key is missing: beads attract each other, and it cannot be estimated; give "
             yield "compressibility", f"{text}that of the liquid, as 0.003"
@@ -124,7 +120,6 @@ class ConstantPressure(Term, key="pressure"):
         return self.axes
 
     def records(self, scene: Any) -> dict[str, Any]:
-        """The law; none where the time step is yet to be chosen."""
         if self.every is None:
             return {}
         every_axis = tuple(range(scene.dimension))

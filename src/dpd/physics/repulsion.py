@@ -37,11 +37,9 @@ class SoftRepulsion(Term, key="repulsion"):
         return self.pairs
 
     def unknown(self, scene: Any) -> Refusals:
-        """Pairs of species without a value, or with two."""
         yield from check_table(scene.repulsions, scene, scene.pairs, 25)
 
     def refuses(self, scene: Any) -> Refusals:
-        """An attraction that nothing stands against."""
         for pair, value in self.pairs.items():
             if value < 0 and not any(term.keeps_apart for term in scene.terms.values()):
                 allowed = "allowed: >= 0, or any number with 'many_body'"

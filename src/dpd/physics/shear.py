@@ -60,7 +60,6 @@ class SteadyShear(Term, key="shear"):
             yield "gradient", text
 
     def refuses(self, scene: Any) -> Refusals:
-        """Images that slide too fast, a box too short for them, and a list of pairs."""
         flow, gradient = self.axes()
         dt, height = scene.dt, scene.box[gradient]
         most = CUTOFF / (dt * height)

@@ -52,7 +52,6 @@ class Thermostat(Term, key="thermostat"):
     noise: Literal["uniform", "gaussian"] = setting("Distribution of the noise.", "uniform")
 
     def unknown(self, scene: Any) -> Refusals:
-        """A table that has not a friction for each pair of species, or for each species."""
         if not isinstance(self.gamma, dict):
             return
         single = next((name for name in self.gamma if " " not in name), "")

@@ -84,7 +84,6 @@ class SoftWalls(Term, key="walls"):
         return tuple(sorted("xyz".index(name) for name in names))
 
     def conflicts(self) -> Refusals:
-        """An axis that is there twice, and velocities that cannot be."""
         axes = self.axes()
         if len(set(axes)) < len(axes) or not axes:
             yield "axis", f"{self.axis} should name each axis once"
@@ -100,7 +99,6 @@ class SoftWalls(Term, key="walls"):
             yield "velocity", "has no effect on walls without friction; add walls.gamma"
 
     def refuses(self, scene: Any) -> Refusals:
-        """A box that is too narrow, and walls that are too soft for its fluid."""
         for axis in self.axes():
             if scene.box[axis] < 2 * RANGE:
                 text = f"the box has an edge of {scene.box[axis]:g} along {'xyz'[axis]}, and a "
@@ -149,7 +147,6 @@ class SoftWalls(Term, key="walls"):
         return self.gamma > 0
 
     def records(self, scene: Any) -> dict[str, Any]:
-        """The planes at both ends of each axis."""
         axes = list(self.axes())
         low = np.array(scene.origin)
         at_rest = [[0.0] * scene.dimension] * 2
