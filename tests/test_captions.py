@@ -29,7 +29,7 @@ NUMBERS = [
 ]
 
 
-@pytest.mark.parametrize("value, error, text", NUMBERS, ids=[text for _, _, text in NUMBERS])
+@pytest.mark.parametrize(("value", "error", "text"), NUMBERS)
 def test_two_digits_of_the_error(value, error, text):
     """And the value to the same place."""
     assert with_error(value, error) == text

@@ -105,17 +105,13 @@ def page(text):
     return Page(text)
 
 
-def test_ids_are_unique_and_links_lead_somewhere(page):
-    """Two papers have a figure of one name here."""
+def test_rows_and_figures_link_to_each_other(page):
+    """Each row to its figure, and that back to all of its rows; two have one name here."""
     ids = [given["id"] for _, given in page.tags if "id" in given]
     assert len(set(ids)) == len(ids)
     assert {"one_1997-fig02_shapes", "two_2008-fig02_shapes"} <= set(ids)
     targets = page.all("a", "href")
     assert len(targets) > 10 and {target[1:] for target in targets} <= set(ids)
-
-
-def test_rows_and_figures_link_to_each_other(page):
-    """Each row to its figure, and that back to all of its rows."""
     rows = [given["id"] for given in page.all("tr") if "id" in given]
     assert len(rows) == len(VERDICTS) + 1
     figures = page.all("figure", "id")
