@@ -1,12 +1,16 @@
 """What the figures of Groot and Warren 1997 make of data whose answers are known."""
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.published import published
+from dpd.analysis.published import published, shown_by
 from dpd.analysis.verdicts import judge
 from dpd.report.figures import load_module
+from dpd.scene.scene import Scene
+from paper_figures.groot_warren_1997 import dynamics
 
 RNG = np.random.default_rng(8)
 
@@ -139,3 +143,99 @@ def test_points_off_a_straight_line_decide_nothing():
     assert refused[0] <= 6 and refused[1] >= 94
     few = widths.of_line(data.isel(excess=slice(3, 6)), 3, 0.5, "critical")
     assert "fewer than three" in few.undecided
+
+
+def sweep_of(data, **series):
+    """A collected sweep with one point and the scene of that data."""
+    scene = json.dumps(Scene(data).data)
+    return xr.Dataset(series | {"scene": ("replica", [scene])})
+
+
+FLUID = {
+    "dimension": 3,
+    "box": 10,
+    "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"sample": 100},
+    "observe": ["thermo"],
+}
+
+
+def test_the_wall_that_gives_three_pressures():
+    """Pressures that are parabolas of ln a_w and meet the published ones at a_w 45."""
+    walls = module("text_walls")
+    strength = np.array([30.0, 40.0, 50.0, 60.0])
+    away = np.log(strength / 45)
+    data = xr.Dataset(coords={"strength": strength})
+    for name, row in walls.PRINTED.items():
+        data[name] = ("strength", walls.PUBLISHED[row].value + 7 * away + away**2)
+        data[f"{name}_error"] = ("strength", np.full(4, 0.02))
+    best, at = walls.best_wall(data)
+    assert best == pytest.approx(45, rel=1e-3)
+    for name, row in walls.PRINTED.items():
+        value, error = at[name]
+        assert value == pytest.approx(walls.PUBLISHED[row].value, abs=1e-3)
+        assert 0.005 < error < 0.02
+    assert np.isnan(walls.best_wall(data.isel(strength=[0, 1]))[0])
+
+
+def test_viscosity_without_shear():
+    """The constant of a straight line in the square of the rate."""
+    rates, stress = np.array([0.2, 0.4, 0.8]), {"units": "kT / r_c^3"}
+    eta = 0.9 - 0.05 * rates**2
+    scenes = [[json.dumps(Scene(FLUID | {"shear": {"rate": rate}}).data)] for rate in rates]
+    runs = xr.Dataset(
+        {
+            "shear_stress": (("rate", "replica"), (eta * rates)[:, None], stress),
+            "shear_stress_error": (("rate", "replica"), np.full((3, 1), 0.003), stress),
+            "scene": (("rate", "replica"), scenes),
+        },
+        {"rate": rates},
+    )
+    found = dynamics.sheared(runs)
+    assert found.nu == pytest.approx(eta / 3)
+    assert found.at_rest.value == pytest.approx(0.3)
+    assert found.slope == pytest.approx(-0.05 / 3)
+    assert 0 < found.at_rest.error < 0.01
+
+
+def test_labels_of_a_sweep():
+    """D of profiles in blocks, whose times are the middles of the blocks."""
+    z, q, blocks, replicas = np.arange(10) + 0.5, 2 * np.pi / 10, 50, 3
+    molecules = [{"architecture": name, "density": 1.5} for name in "AB"]
+    data = FLUID | {"molecules": molecules, "repulsion": {"A A": 25, "A B": 25, "B B": 25},
+                    "steps": {"sample": 1000}}  # fmt: skip
+    time = (np.arange(blocks) + 0.5) * 20 * 0.04
+    wave = np.exp(-0.3 * q**2 * time)[:, None] * np.sin(q * z)
+    density = np.stack([1.5 + wave, 1.5 - wave], axis=1)
+    runs = (
+        sweep_of(data)
+        .isel(replica=[0] * replicas)
+        .assign(density_profile=(("replica", "block", "species", "z"), [density] * replicas))
+    )
+    found, mean, at = module("text_viscosity").of_labels(runs.assign_coords(z=z))
+    assert found.value == pytest.approx(0.3, rel=1e-6)
+    assert at == pytest.approx(time)
+    assert mean == pytest.approx(2 * np.exp(-0.3 * q**2 * time))
+
+
+def test_power_and_misses_of_the_schmidt_number():
+    """Sc ~ gamma^2, and a theory that is 20 % above D and right for nu."""
+    schmidt = module("text_schmidt")
+    gamma = np.array([schmidt.GAMMA, 20.0, 50.0])
+    d, nu = schmidt.diffusion_constant(gamma, 3.0) / 1.2, schmidt.kinematic_viscosity(gamma, 3.0)
+    data = xr.Dataset({"density": 3.0}, {"gamma": gamma})
+    for name, values in {"D": d, "nu": nu, "Sc": gamma**2}.items():
+        data[name] = ("gamma", values)
+        data[f"{name}_error"] = ("gamma", 0.01 * values)
+    assert schmidt._power(data).value == pytest.approx(2)
+    assert schmidt._power(data).error == pytest.approx(0.01 * np.sqrt(2) / np.log(2.5))
+    data["Sc"] = ("gamma", nu / d)
+    miss = schmidt._largest_miss(data)
+    assert miss.value == pytest.approx(0.2)
+    assert "nu +0 %" in miss.note
+    at = shown_by(schmidt.__file__)
+    found = schmidt.measured(data)
+    for name in ("theory_diffusion", "theory_viscosity", "theory_schmidt"):
+        assert abs(found[name].value - at[name].value) < at[name].rounding
