@@ -18,7 +18,7 @@ if "papers_dir" in config:  # papers outside of this clone; the commands of the 
         raise WorkflowError(
             f"papers_dir: {config['papers_dir']!r} is no whole path; begin it with / or $PWD/"
         )
-    os.environ["DPD_PAPERS_DIR"] = str(config["papers_dir"])
+    os.environ.update(DPD_PAPERS_DIR=str(config["papers_dir"]))
 
 from dpd.analysis.published import entries_of, published
 from dpd.digest import ROOT, value_digest
