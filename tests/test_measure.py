@@ -79,12 +79,10 @@ def drawn(results, name):
 
 BROKEN = {
     "no such measurement": ({"measurements": ["scalling"]}, "did you mean 'scaling'"),
-    "twice": ({"measurements": ["scaling", "scaling"]}, "measurements"),
     "not among the paper's": (
         {"measurements": ["scaling"], "figures": {"lammps": {"measurements": ["lammps"]}}},
         "figures.lammps.measurements: no measurement 'lammps'; allowed: scaling",
     ),
-    "no such sweep": ({"figures": {"lammps": {"sweeps": ["x"]}}}, "no sweep 'x'"),
     "a sweep of that name": (
         {"measurements": ["scaling"], "sweeps": {"scaling": {"scene": FLUID.data}}},
         "'scaling' is the name of a sweep as well",

@@ -126,19 +126,18 @@ def test_a_place_with_few_beads_is_as_warm():
     A bead that is alone in its cell says nothing, and others count for it.
     """
     scene, rng = Scene(FLUID | FLOWS["moving walls"][0]), np.random.default_rng(2)
-    system, height, warmth = system_of(scene), [], []
-    thermal = ThermalMotion(scene, system)
+    system, layers, warmth = system_of(scene), [], []
+    thermal, low = ThermalMotion(scene, system), np.array(system.origin)[:, None]
     for _ in range(400):
-        place = rng.random((3, scene.beads)) * 5
+        place, velocity = rng.random((3, scene.beads)) * 5, rng.normal(size=(3, scene.beads))
         place[2] = 5 * rng.beta(3, 1, scene.beads)
-        velocity = rng.normal(size=place.shape)
         velocity[0] += 0.8 * place[2] - 2
-        state = State(place + np.array(system.origin)[:, None], velocity, None, None, None, 0)
-        height.append(place[2])
+        state = State(place + low, velocity, None, None, None, 0)
+        layers.append(place[2] // 0.5)
         warmth.append(thermal.velocities(Snapshot(system, state)) ** 2)
-    layer, warmth = np.concatenate(height) // 0.5, np.concatenate(warmth, axis=1)
+    layers, warmth = np.concatenate(layers), np.concatenate(warmth, axis=1)
     for each in range(10):
-        found = warmth[:, (layer == each) & (warmth[0] > 0)]
+        found = warmth[:, (layers == each) & (warmth[0] > 0)]
         error = found.std() / np.sqrt(found.size)
         assert found.size > 300 and abs(found.mean() - 1) < 4 * error, (each, found.mean(), error)
 

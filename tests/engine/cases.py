@@ -8,8 +8,7 @@ from dpd.physics.pressure import Pressure
 from dpd.physics.shear import Shear
 from dpd.physics.walls import Walls
 from dpd.scene.molecules import Molecule
-from tests.engine.reference import Reference
-from tests.engine.reference_pressure import PressedReference
+from tests.engine.reference import PressedReference, Reference
 from tests.systems import (
     chains,
     harmonic,

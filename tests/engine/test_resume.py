@@ -17,7 +17,7 @@ from dpd.files import remove_drafts
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from tests.systems import assert_same_state, make_simulation
+from tests.systems import assert_same_state
 
 SCENE = {
     "dimension": 2,
@@ -42,12 +42,11 @@ class Interrupted(Exception):
     """What stops a run from outside."""
 
 
-def new_run(seed=1):
+def new_run(data=SCENE, threads=1):
     """A simulation at its start, its observers, and its steps."""
-    scene = Scene(SCENE | {"seed": seed})
-    system, start = system_of(scene), make_start(scene)
-    simulation = make_simulation(system, start.position, start.velocity, start.species)
-    return simulation, observables(scene, system), scene.steps
+    scene = Scene(data)
+    system = system_of(scene)
+    return Simulation(system, make_start(scene), threads), observables(scene, system), scene.steps
 
 
 def stop_at(last):
@@ -128,17 +127,12 @@ KINDS = {
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_of_run_goes_on_to_the_same_bits(tmp_path, kind):
     """Interrupted with two threads, and going on with three."""
-    scene = Scene(LIQUID | KINDS[kind])
-    system, checkpoint = system_of(scene), Checkpoint(tmp_path / "run.checkpoint", KEY)
-
-    def new(threads):
-        return Simulation(system, make_start(scene), threads), observables(scene, system)
-
-    whole, broken, again = (new(threads) for threads in (1, 2, 3))
-    run(whole[0], scene.steps, whole[1])
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
+    whole, broken, again = (new_run(LIQUID | KINDS[kind], threads) for threads in (1, 2, 3))
+    run(whole[0], whole[2], whole[1])
     with pytest.raises(Interrupted):
-        run(broken[0], scene.steps, broken[1], checkpoint, stop_at(50), every_seconds=0.0)
-    assert 0 < run(again[0], scene.steps, again[1], checkpoint) <= 35
+        run(broken[0], broken[2], broken[1], checkpoint, stop_at(50), every_seconds=0.0)
+    assert 0 < run(again[0], again[2], again[1], checkpoint) <= 35
     assert_same_run(again, whole)
 
 

@@ -12,8 +12,8 @@ from dpd.engine.state import State
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from tests.engine.cases import stars
-from tests.engine.reference_stress import StressedReference
+from tests.engine.cases import beside, stars
+from tests.engine.reference import Reference
 from tests.systems import BOX_2D, BOX_3D, by_identity, make_simulation
 
 BOXES = pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
@@ -36,6 +36,42 @@ PLANE = SLAB | {
 }  # fmt: skip
 WALLS = {"walls": {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 3}}
 PRESSED = {"pressure": {"target": 30, "time": 0.4}}
+
+
+class StressedReference(Reference):
+    """A `Reference` that keeps the line of every force, and what it adds to the virial."""
+
+    def evaluate(self, velocity):
+        """Forces as ever, with their lines."""
+        self.lines = []
+        super().evaluate(velocity)
+
+    def add(self, i, j, r_ij, conservative, full):
+        """A force on i from j; from r_i the line goes to r_i - r_ij."""
+        super().add(i, j, r_ij, conservative, full)
+        self.lines.append((self.position[:, i], r_ij, r_ij * conservative))
+
+    def virial_in_slices(self, axis, edges):
+        """(2, slices) array: along the axis, and the mean over the others."""
+        found = np.zeros((2, len(edges) - 1))
+        for begin, r_ij, virial in self.lines:
+            shares = shares_of_slices(begin[axis], begin[axis] - r_ij[axis], edges)
+            others = np.delete(virial, axis, axis=0).mean(axis=0)
+            found += np.array([virial[axis], others]) @ shares
+        return found
+
+
+def shares_of_slices(begin, end, edges):
+    """(lines, slices) array: the part of each line that lies in each slice, or an image of it."""
+    low, high = np.minimum(begin, end)[:, None], np.maximum(begin, end)[:, None]
+    length, period = high - low, edges[-1] - edges[0]
+    shares = 0.0
+    for image in (-period, 0.0, period):
+        lower, upper = edges[:-1] + image, edges[1:] + image
+        part = np.clip(np.minimum(high, upper) - np.maximum(low, lower), 0, None)
+        inside = (low >= lower) & (low < upper)
+        shares = shares + np.where(length > 1e-9, part / np.where(length > 0, length, 1), inside)
+    return shares
 
 
 def whole(virial):
@@ -97,6 +133,17 @@ def test_normal_pressure_follows_from_forces(box):
         np.testing.assert_allclose(
             found - found.mean(), expected - expected.mean(), atol=1e-10 * np.abs(force).max()
         )
+
+
+def test_stress_of_many_body_forces_lies_along_the_pairs():
+    """In slices, as plain NumPy cuts each line; their sum is the virial of the box."""
+    simulation, reference = beside("many-body", kind=StressedReference)
+    slices, edges = Slices(2, 7, 0.0, 5.1), np.linspace(0.0, 5.1, 8)
+    found = virial_in_slices(simulation.system, simulation.state, slices)
+    expected = reference.virial_in_slices(2, edges)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-8)
+    virial = simulation.measure().virial[0]
+    np.testing.assert_allclose(found[0].sum(), virial[2, 2], rtol=1e-11)
 
 
 def sampled(data, threads=1):

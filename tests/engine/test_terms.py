@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from dpd.engine.bonded import angles_of, bonds_of
-from dpd.engine.queries.stress import Slices, virial_in_slices
 from dpd.engine.simulation import BehindWall
 from dpd.engine.space import nearest
 from dpd.errors import UserError
@@ -22,12 +21,10 @@ from tests.engine.cases import (
     DRAWN,
     STAR,
     beads_between,
-    beside,
     between,
     joined,
     laws,
 )
-from tests.engine.reference_stress import StressedReference
 from tests.systems import (
     BOX_3D,
     by_identity,
@@ -219,17 +216,6 @@ def test_a_bead_that_gets_far_behind_a_wall_is_an_error():
         assert simulation.state is before
         said.append(str(it.value))
     assert said[0] == said[1] and "bead 7 " in said[0]
-
-
-def test_stress_lies_along_the_pairs():
-    """In slices, as plain NumPy cuts each line; their sum is the virial of the box."""
-    simulation, reference = beside("many-body", kind=StressedReference)
-    slices, edges = Slices(2, 7, 0.0, 5.1), np.linspace(0.0, 5.1, 8)
-    found = virial_in_slices(simulation.system, simulation.state, slices)
-    expected = reference.virial_in_slices(2, edges)
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-8)
-    virial = simulation.measure().virial[0]
-    np.testing.assert_allclose(found[0].sum(), virial[2, 2], rtol=1e-11)
 
 
 LIQUID = {

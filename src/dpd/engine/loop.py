@@ -55,20 +55,11 @@ def run(
     on its way: ``record(sums)``, with `dpd.engine.state.Sums` of one or more of its steps;
     ``needs_forces`` says whether it reads virial or energy.
 
-    Parameters
-    ----------
-    steps : (int, int)
-        To equilibrate, to sample.
-    checkpoint
-        Saved every ``every_seconds`` of wall clock; read first if it is there.
-    progress
-        Called with the number of steps done so far.
-    stopping
-        The signal that asks to save and stop (`Stopped` is raised), or 0.
-    say
-        Called with a sentence on a checkpoint that is refused, or that cannot be written.
-    systems
-        Steps behind which the system is another one, the first of them 0; none if it stays.
+    ``steps`` are those to equilibrate and to sample, and ``progress`` gets the number done so far.
+    The checkpoint is read first if it is there, and saved every ``every_seconds`` of wall clock;
+    where one is refused, or cannot be written, ``say`` gets a sentence. ``stopping`` gives the
+    signal that asks to save and stop (`Stopped` is raised), or 0. ``systems`` are steps behind
+    which the system is another one, the first of them 0; none if it stays.
     """
     equilibrate, sample = steps
     last = equilibrate + sample

@@ -67,23 +67,19 @@ class TiltedBox(tuple[float, ...]):
         return round(Fraction(self.tilt) / Fraction(self.slide.ratio) * TURN) % TURN
 
 
-def parts_of(shear: Shear, box: Sequence[float], dt: float) -> int:
-    """Parts of an edge by which images slide in a step, 2^64 to an edge."""
-    edges = Fraction(box[shear.gradient]) / Fraction(box[shear.flow])
-    return round(Fraction(shear.rate) * Fraction(dt) * edges * TURN) % TURN
-
-
 def tilted(
     box: Sequence[float], shear: Shear | None, dt: float, step: int, begun: int = 0
 ) -> tuple[float, ...]:
     """The box with its images where they are at a step, a `TiltedBox`; without shear as it is.
 
-    ``begun`` is in parts of an edge, by which they had slid at step 0.
+    ``begun`` is in parts of an edge, 2^64 of them, by which they had slid at step 0.
     """
     if shear is None:
         return tuple(box)
     found = TiltedBox(map(float, box))
-    parts, ratio = parts_of(shear, found, dt), found[shear.flow] / found[shear.gradient]
+    ratio = found[shear.flow] / found[shear.gradient]
+    edges = Fraction(found[shear.gradient]) / Fraction(found[shear.flow])
+    parts = round(Fraction(shear.rate) * Fraction(dt) * edges * TURN) % TURN
     slid = (parts * step + begun) % TURN
     tilt = float(slid - TURN if slid >= TURN // 2 else slid) / TURN * ratio
     found.slide = Slide(

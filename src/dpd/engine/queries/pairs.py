@@ -174,23 +174,11 @@ def _by_species(sums, beads, species):
 def density_waves(
     position: np.ndarray, box: Sequence[float], begins: np.ndarray, numbers: np.ndarray
 ) -> np.ndarray:
-    """Real part and negative imaginary part of rho(q) = sum_j exp(-i q r_j), of each species.
+    """(2, species, waves): real and negative imaginary part of rho(q) = sum_j exp(-i q r_j).
 
-    Waves that differ in the last axis alone, and follow each other, share half of the work; of
-    those that differ in its sign one costs nothing.
-
-    Parameters
-    ----------
-    position : (dimension, n) array
-        Species after species.
-    begins : (species + 1,) int64 array
-        The first bead of each species; last, the number of beads.
-    numbers : (waves, dimension) int64 array
-        Whole numbers m of q = 2 pi m / L.
-
-    Returns
-    -------
-    (2, species, waves) array
+    Positions, (dimension, n), are species after species; ``begins`` has the first bead of each
+    and the number of all; ``numbers``, (waves, dimension), are the whole m of q = 2 pi m / L.
+    Waves that differ in the last axis alone, and follow each other, share half of the work.
     """
     share, most = position / np.array(box)[:, None], int(np.abs(numbers).max(initial=0))
     # A row for each head, all axes but the last, with the place of the wave of each last number.

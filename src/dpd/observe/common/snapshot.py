@@ -150,12 +150,8 @@ class Snapshot:
     def pairs(self, within: float) -> Pairs:
         """All pairs of beads within a distance in r_c, at nearest images.
 
-        They are found once a sample, and shared by all pages that ask.
-
-        Raises
-        ------
-        UserError
-            For more than half the box, and under shear, where images slide.
+        They are found once a sample, and shared by all pages that ask. A `UserError` refuses more
+        than half the box, and shear, where images slide.
         """
         if self.system.shear is not None:
             raise UserError("pairs of a snapshot are not known under shear, where images slide")
