@@ -272,9 +272,9 @@ def figure(options: Namespace) -> None:
 @command(option("tables", nargs="*"), output="table.csv")
 def verdicts(options: Namespace) -> None:
     """Join the verdict tables of figures."""
-    from dpd.report.figures import joined_verdicts
+    from dpd.report.figures import joined, read_verdicts
 
-    _write(options.output, joined_verdicts(options.tables).to_csv(index=False))
+    _write(options.output, joined(map(read_verdicts, options.tables)).to_csv(index=False))
 
 
 @command(

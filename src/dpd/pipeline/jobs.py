@@ -89,15 +89,11 @@ def priorities(
     }
     most = 1 + max(work.values(), default=0)
     worth = {name: len(first) - place for place, name in enumerate(first)}
-    return {
-        run: 1 + _before(worth.get(f"{run[0]}.{run[1]}"), amount, most)
-        for run, amount in work.items()
-    }
-
-
-def _before(worth, amount, most):
-    """Number of a run by the worth of its sweep, None for those that the study does not name."""
-    return amount if worth is None else worth * most + (most - amount)
+    found = {}
+    for run, amount in work.items():
+        of_sweep = worth.get(f"{run[0]}.{run[1]}")
+        found[run] = 1 + (amount if of_sweep is None else (of_sweep + 1) * most - amount)
+    return found
 
 
 def start_bead_steps(scene: Scene) -> int:

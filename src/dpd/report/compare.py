@@ -12,7 +12,7 @@ from dpd.analysis.statistics import COVERAGE, MANY, widening
 from dpd.errors import UserError
 from dpd.pipeline.paths import results_of
 from dpd.report.archive import ARCHIVE
-from dpd.report.figures import joined_verdicts
+from dpd.report.figures import joined, read_verdicts
 
 KEY = ["paper", "figure", "quantity"]
 DRAWS = 400  # of two errors, which say how far their values should differ
@@ -39,7 +39,7 @@ def table_of(name: str | Path) -> pd.DataFrame:
     for place in places:
         drawn = [place] if place.is_file() else sorted(place.glob("*/figures/*.csv"))
         if files := drawn or sorted(place.glob("verdicts.csv")):
-            return joined_verdicts(files)
+            return joined(map(read_verdicts, files))
     raise UserError(
         f"{name}: no verdicts there; name a folder below results or results/archive, or a table "
         "verdicts.csv"

@@ -99,11 +99,6 @@ def drawing(module: ModuleType, numbers: xr.Dataset) -> Figure:
         return wanted(module, "draw", module.draw(numbers), Figure)
 
 
-def joined_verdicts(paths: Iterable[str | Path]) -> pd.DataFrame:
-    """The verdict tables of some figures as one, see `joined`."""
-    return joined(read_verdicts(path) for path in paths)
-
-
 def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
     """Verdict tables as one, without rows where no figure has a published number."""
     # Without an empty one: it would turn numbers of the others into text.
