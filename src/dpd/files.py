@@ -38,11 +38,7 @@ def write(
     attributes: Mapping[str, Any],
     groups: Mapping[str, Mapping[str, np.ndarray]] | None = None,
 ) -> None:
-    """Write a NetCDF file, whole or not at all.
-
-    Groups have plain arrays by name, see `read_group`. Who opens the file does not see them unless
-    they ask for the group.
-    """
+    """Write a NetCDF file, whole or not at all; groups have plain arrays, see `read_group`."""
     groups = groups or {}
     plain = [array for group in groups.values() for array in group.values()]
     size = sum(np.asarray(each).nbytes for each in (*plain, *(v[1] for v in variables.values())))
@@ -61,10 +57,7 @@ def write(
 
 
 def _put(file, name, axes, values, units="", long_name="", own=()):
-    """Write an array; an axis is one of its own where another array has another size there.
-
-    Observables with few samples have as many blocks as samples, each its own number of them.
-    """
+    """Write an array; an axis is one of its own where another array has another size there."""
     values, dimensions = np.asarray(values), []
     for axis, size in zip(axes, values.shape):
         if axis in file.dimensions and file.dimensions[axis].size != size:
@@ -81,10 +74,7 @@ def _put(file, name, axes, values, units="", long_name="", own=()):
 
 
 def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
-    """Let ``make(draft)`` write a draft beside ``path``, then put it in its place.
-
-    A failure removes the draft; a kill leaves it, but nothing under the name asked for.
-    """
+    """Let ``make(draft)`` write a draft beside ``path``, then put it in its place."""
     path = Path(path)
     check_output(path)
     try:
@@ -261,9 +251,7 @@ def check_digest(
 def draft_of(path: Path, is_kept: bool = True) -> Iterator[Path]:
     """A name beside a file, for what takes its place once the block has ended well.
 
-    It is this thread's own, so that two that write the same file do not spoil each other's, and
-    made anew: what is written does not follow a link that somebody has put there. The folder is
-    made as well.
+    It is this thread's own, and made anew: no link that somebody has put there is followed.
     """
     draft = path.with_name(f"{path.name}.{threading.get_native_id()}.writing")
     TEMPORARY.add(draft)
@@ -281,10 +269,7 @@ def draft_of(path: Path, is_kept: bool = True) -> Iterator[Path]:
 
 
 def remove_drafts(path: Path) -> None:
-    """Remove what processes left that were killed while they wrote a file.
-
-    For the one process that is at work on that file, see `dpd.runs.lock`.
-    """
+    """Remove what killed processes left of a file; for the one at work on it, `dpd.runs.lock`."""
     left = re.compile(re.escape(path.name) + r"\.\d+\.writing")
     with suppress(OSError):
         for other in path.parent.iterdir():

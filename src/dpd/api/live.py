@@ -163,18 +163,10 @@ class Simulation:
     def set(self, settings: Mapping[str, Any] | None = None, /, **named: Any) -> None:
         """Go on with other values.
 
-        Parameters
-        ----------
-        settings : dict, optional
-            Values by keys of the scene, joined by dots, as ``{"repulsion.A A": 30}``.
-        **named
-            The same by the last part of a key that is there once, as ``dt=0.02, kT=1.2``.
-
-        Raises
-        ------
-        dpd.UserError
-            If a value is not allowed or cannot change while the system runs, as the box, molecules,
-            start and seed; then nothing has changed.
+        ``settings`` are values by keys of the scene, joined by dots, as ``{"repulsion.A A": 30}``;
+        ``named`` the same by the last part of a key that is there once, as ``dt=0.02, kT=1.2``.
+        Raises `dpd.UserError`, with nothing changed, if a value is not allowed or cannot change
+        while the system runs, as the box, molecules, start and seed.
         """
         keys = {self._key(name): value for name, value in named.items()}
         self._enter(self.step, plain({**(settings or {}), **keys}))

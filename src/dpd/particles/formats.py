@@ -40,11 +40,7 @@ def read(path: str | Path, frame: int = -1) -> Particles:
 
 
 def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
-    """Write one configuration, by the suffix of the file, one of `WRITTEN`.
-
-    Returns what the file cannot keep, a sentence each. `UserError` if the suffix is another one,
-    or the file cannot be written.
-    """
+    """Write one configuration, by the suffix of the file; return what it cannot keep, if any."""
     path, kind = Path(path), refuse_suffix(path, WRITTEN)
     if kind == ".gsd":
         from dpd.particles.gsd_files import write_gsd

@@ -63,10 +63,7 @@ def read_gsd(path: Path, frame: int = -1) -> Particles:
 
 @contextmanager
 def trajectory_to_read(path: Path) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
-    """A GSD file, with a message for whatever is wrong with it.
-
-    It is read by the library's Python code: its C code can end the process on a damaged file.
-    """
+    """A GSD file, read by the library's Python code: its C code can die of a damaged file."""
     try:
         with open(path, "rb") as file:
             found = gsd.pygsd.GSDFile(file)

@@ -73,10 +73,7 @@ def attributes_of(particles: Particles) -> dict[str, Any]:
 def particles_of(
     variables: Mapping[str, np.ndarray], attributes: Mapping[str, Any], path: str | Path
 ) -> Particles:
-    """The last configuration of a file that `dpd.files.read` has read, yet to be `checked`.
-
-    `UserError` if something of it is missing or has another shape.
-    """
+    """The last configuration of a file that `dpd.files.read` has read, yet to be `checked`."""
     if POSITION not in variables:
         raise UserError(
             f"{path}: holds no last configuration. `dpd run` keeps one; a run of a study does if "

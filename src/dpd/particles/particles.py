@@ -238,10 +238,7 @@ def tilt_factors(box: Sequence[float]) -> list[float]:
 def box_of_file(
     edges: Sequence[float] | np.ndarray, factors: Sequence[float] | np.ndarray, path: object
 ) -> tuple[float, ...]:
-    """A box with tilt factors xy, xz and yz, if any, of which one may differ from 0.
-
-    Refused if more than one do, or if it tilts by more than half an edge.
-    """
+    """A box with tilt factors xy, xz, yz: one may differ from 0, by up to half an edge."""
     edges, tilts = tuple(map(float, edges)), [0.0 if abs(f) < UPRIGHT else f for f in factors]
     pairs = [pair for pair, tilt in zip(FACTORS, tilts) if tilt]
     if not pairs or not all(edge > 0 for edge in edges):

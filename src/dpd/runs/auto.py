@@ -181,10 +181,7 @@ def _at_rest(scene, state, dt, budget=np.inf, look=bool):
 
 
 def _tried(scene, state, dt, memory, budget, look):
-    """`Bounds` of a step, as good as a budget in bead-steps allows, and the bead-steps they took.
-
-    The step and half of it run side by side until they tell.
-    """
+    """`Bounds` of a step, as good as a budget in bead-steps allows, and the bead-steps taken."""
     tolerance, settling = scene.terms["integrator"].tolerance, SETTLING * memory
     whole, half = (Probe(scene, state, step, look) for step in (dt, dt / 2))
     bounds, spent, half_too = UNKNOWN, 0.0, True

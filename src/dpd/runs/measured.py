@@ -1,7 +1,4 @@
-"""What a run has measured, as its file holds it; and what it warns of.
-
-It warns where it was not at its temperature or pressure, and of a start that drifts.
-"""
+"""What a run has measured, as its file holds it; and what it warns of."""
 
 from __future__ import annotations
 
@@ -63,10 +60,7 @@ def gathered(
 
 
 def mean_density(scene: Scene, volume: float, values: Mapping[str, np.ndarray]) -> float:
-    """Beads per r_c^dimension: the mean over the samples of a volume that changes.
-
-    ``volume`` is that of the box in the end, ``values`` what was measured, by name.
-    """
+    """Beads per r_c^dimension: the mean over the samples of a volume, which in the end is given."""
     if Change.STRETCHES not in scene.made:
         return scene.density
     sampled = values.get("volume", np.array([volume]))
@@ -101,11 +95,7 @@ def versions() -> dict[str, str]:
 def summary(
     scene: Scene, values: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
 ) -> dict[str, float]:
-    """Means of the measured series, for a person at a terminal.
-
-    Both pressures have the kinetic part that was measured, as ``pressure`` and
-    ``pressure_tensor_all`` in the file, whose variables and attributes these are.
-    """
+    """Means of the measured series; both pressures have the kinetic part that was measured."""
     found = {
         "beads": attributes["beads"],
         "steps": attributes["steps"],

@@ -157,8 +157,7 @@ def extend(
 ) -> dict[str, float]:
     """Make a run longer by steps of sampling, or go on with that where it was stopped or killed.
 
-    The ``output`` may be the file of the run, which stays until the longer one is whole. Returns a
-    summary and raises what `dpd.runs.run.run` does, and `UserError` for what cannot be made longer.
+    The ``output`` may be the file of the run, which stays until the longer one is whole. See `run`.
     """
     sample, checkpoint = whole("sample", sample), checkpoint_path(output)
     files.check_output(output, NETCDF, [] if output == run else [run])
@@ -199,11 +198,7 @@ def extend(
 
 
 def _was_killed(former, sample, checkpoint, lock):
-    """Whether this very command was killed after the longer result was in its place.
-
-    The result says from where it was made longer. That it was by a command that came to no end, its
-    checkpoint says, or its lock.
-    """
+    """Whether this very command was killed after the longer result was in its place."""
     step, first = former.state.step, former.attributes.get("extended_from_step")
     left = remove_left(checkpoint, former.scene) or lock.left.get("steps") == step
     return left and first is not None and int(first) + sample == step
@@ -274,9 +269,7 @@ def _stoppable(stopping, shown=None, done=0):
 def _made(scene, output, start, options):
     """The scene of a result that is there already and stays.
 
-    For Snakemake it is of the same sources too. Another run has made it while this one waited; or
-    a Snakemake that was killed, or whose job of many runs was, asks again for those that were done.
-    Or what the scene takes from other sweeps was measured anew, and came out as before.
+    For Snakemake it is of the same sources too: made while this run waited, or before a kill.
     """
     if options.own:
         if start is not None and start.exists():
