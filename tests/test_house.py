@@ -5,8 +5,8 @@ from graphlib import TopologicalSorter
 
 from dpd.digest import PACKAGE, ROOT
 
-LINES, FILES, TESTS, PAPERS = 27_250, 169, 24_300, 15_500  # at most; lower them with the house
-LONGEST = 460  # lines of a file
+LINES, FILES, TESTS, PAPERS = 27_000, 168, 21_150, 15_500  # at most; lower them with the house
+LONGEST = 450  # lines of a file
 SMALL = 60  # lines of a module that has more than one user
 PAGES = ("observe", "physics", "start")  # folders whose files are pages, which nobody imports
 
