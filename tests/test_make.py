@@ -19,7 +19,7 @@ PAPER = {
     "sweeps": {"fluid": {"scene": SCENE | {"steps": {"sample": 60_000}}, "replicas": 4}},
     "figures": {},
 }
-OPTIONS = ("--config", "study=smoke", "papers=[mine]")
+OPTIONS = ("--config", "study=smoke", "papers=[mine]", "batch=0")  # a job for each run
 
 
 @pytest.fixture
