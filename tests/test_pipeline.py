@@ -24,6 +24,7 @@ from dpd.pipeline.jobs import batches
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.study import read_config
 from dpd.report.text import typeset
+from dpd.stages import kernels_name
 from dpd.start import start_digest, start_is_shared
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited
@@ -330,14 +331,20 @@ def test_an_edited_observable_reruns_the_scenes_that_name_it(study):
     assert "compile_kernels" not in jobs and "make_start" not in jobs
 
 
-def test_an_edited_thermostat_reruns_the_scenes_that_have_it(study):
+def test_an_edited_term_reruns_the_scenes_that_have_it(study):
     """Their kernels are compiled before; their starts, which they share, stay."""
-    with edited(study / "src" / "dpd" / "physics" / "common" / "langevin.py", "EDITED = 1\n"):
+    with edited(study / "src" / "dpd" / "physics" / "pressure.py", "EDITED = 1\n"):
         jobs = planned(study, *SMOKE)
     papers = [read_paper(paper, "smoke") for paper in PAPERS]
-    bathed = jobs_of(papers, lambda scene: scene.data["thermostat"]["kind"] == "langevin")
-    assert jobs["simulate"] == bathed > 0
-    assert jobs["compile_kernels"] == 1 and "make_start" not in jobs
+    assert jobs["simulate"] == jobs_of(papers, lambda scene: "pressure" in scene.terms) > 0
+    kernels = {
+        (paper.name, kernels_name(point.scene))
+        for paper in papers
+        for sweep in paper.sweeps.values()
+        for point in sweep.points
+        if "pressure" in point.scene.terms
+    }
+    assert jobs["compile_kernels"] == len(kernels) and "make_start" not in jobs
 
 
 def test_an_edited_plot_reruns_plots(study):
