@@ -15,7 +15,7 @@ rule collect:
         study=STUDY,
         sources=stage_digest("collect"),
         series=lambda wildcards: sweep_of(wildcards).series,
-        scenes=sweep_digest,  # so that runs that were moved here are looked at when it changes
+        scenes=planned_digests,  # so that runs that were moved here are looked at when it changes
         runs=OUT.runs("{paper}", "{sweep}"),
         derived=option("derived"),
     wildcard_constraints:

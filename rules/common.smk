@@ -69,12 +69,6 @@ def runs_of_sweep(wildcards):
     return [OUT.batch(paper, sweep, str(number)) for number in range(len(BATCHES[paper, sweep]))]
 
 
-def sweep_digest(wildcards):
-    """Digest of all scenes of a sweep."""
-    sweep = sweep_of(wildcards)
-    return value_digest([sweep.planned_digest(point) for point in sweep.points])
-
-
 def theory_digest(wildcards):
     """Digest of all points of a sweep that is calculated."""
     return PAPERS[wildcards.paper].theory[wildcards.sweep].digest
@@ -101,16 +95,11 @@ def results_folder(wildcards):
     return OUT.folder
 
 
-def planned_digests_of_runs(wildcards):
-    """Digests of what is known of runs when they are planned."""
-    sweep = sweep_of(wildcards)
-    return value_digest([sweep.planned_digest(point) for point in batch_of(wildcards)])
-
-
 def planned_digests(wildcards):
-    """The same of all runs of a sweep."""
+    """Digest of what is known of runs when they are planned: of a job's, or of a whole sweep's."""
     sweep = sweep_of(wildcards)
-    return value_digest([(point.name, sweep.planned_digest(point)) for point in sweep.points])
+    points = batch_of(wildcards) if "batch" in wildcards.keys() else sweep.points
+    return value_digest([(point.name, sweep.planned_digest(point)) for point in points])
 
 
 def priority_of_runs(wildcards):

@@ -17,7 +17,7 @@ rule simulate:
     params:
         study=STUDY,
         sources=lambda wildcards: sorted({run_sources(p.scene) for p in batch_of(wildcards)}),
-        scenes=planned_digests_of_runs,
+        scenes=planned_digests,
         points=lambda wildcards: [point.name for point in batch_of(wildcards)],
         runs=results_of_runs,
         start=option("start"),

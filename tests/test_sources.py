@@ -8,12 +8,13 @@ import sys
 import pytest
 
 from dpd.digest import PACKAGE, ROOT
-from dpd.page import Observable, module_of, names
+from dpd.page import Observable, Term, find, module_of, names
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.study import read_config
+from dpd.report.figure_file import figure_path
 from dpd.scene.scene import Scene
 from dpd.sources import DECIDE_NOTHING, HOMES, file_of, reachable, source_of
-from dpd.stages import STAGES, unused
+from dpd.stages import STAGES, figure_sources, unused
 from tests.conftest import SCENE
 from tests.test_pipeline import copy_repository
 
@@ -310,3 +311,12 @@ def test_defaults_of_an_observable_are_part_of_a_scene():
     digest = Scene(SCENE | {"observe": ["thermo"]}).digest
     assert Scene(SCENE | {"observe": [{"thermo": {"pressure": True}}]}).digest == digest
     assert Scene(SCENE | {"observe": [{"thermo": {"pressure": False}}]}).digest != digest
+
+
+def test_a_reworded_caption_of_a_term_draws_figures_again(monkeypatch):
+    """It is no part of a run's sources, so it is one of a figure's."""
+    path = figure_path("liu_2008", "slope")
+    before = figure_sources(path)
+    assert figure_sources(path) == before
+    monkeypatch.setattr(find(Term, "pressure"), "caption", "another")
+    assert figure_sources(path) != before

@@ -10,8 +10,8 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from dpd.digest import paper_folder, text_digest
-from dpd.page import Observable, Start, Term, module_of, names
+from dpd.digest import paper_folder, text_digest, value_digest
+from dpd.page import Observable, Start, Term, find, module_of, names
 from dpd.scene.reading import NEEDED
 from dpd.sources import cached, file_of, source_of, sources_digest
 
@@ -70,8 +70,9 @@ def kernels_name(scene: Scene, of_start: bool = False) -> str:
 
 
 def figure_sources(path: Path) -> str:
-    """Digest of the sources of a figure: of its file, and of the stage that draws it."""
-    return sources_digest(*STAGES["figure"], path)
+    """Digest of the sources of a figure: of its file, of the stage that draws it, of captions."""
+    captions = {key: find(Term, key).caption for key in names(Term)}  # no part of a run's sources
+    return f"{sources_digest(*STAGES['figure'], path)} {value_digest(captions)}"
 
 
 def calculations_file(paper: str) -> Path:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dpd.commands.options import CHECKPOINTS, THREADS, command, option, options_of, positive
-from dpd.digest import ROOT
+from dpd.digest import ROOT, shortened
 from dpd.errors import FAILED, Stopped, UserError, suggestion
 
 if TYPE_CHECKING:
@@ -249,15 +249,15 @@ def measure(options: Namespace) -> None:
 def figure(options: Namespace) -> None:
     """Make a figure."""
     from dpd.pipeline.paper import read_paper
+    from dpd.pipeline.study import file_of_paper
     from dpd.report.figure_file import BrokenFigure
     from dpd.report.figures import make_figure
 
     figures = read_paper(options.paper, options.study, only=[]).figures
     if options.figure not in figures:
-        raise UserError(
-            f"figure: {options.figure!r} is not in config/papers/{options.paper}.yaml; "
-            f"{suggestion(options.figure, figures)}"
-        )
+        where = shortened(file_of_paper("papers", options.paper))
+        allowed = suggestion(options.figure, figures)
+        raise UserError(f"figure: {options.figure!r} is not in {where}; {allowed}")
     figure = figures[options.figure]
     sources = _data(options, (*figure.sweeps, *figure.measurements))
     try:
