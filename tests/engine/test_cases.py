@@ -9,7 +9,7 @@ from tests.engine.cases import CASES, SPLIT, beside, simulation_of
 from tests.engine.reference import flow_of
 from tests.systems import assert_same_state, by_identity, fewer_in_python
 
-NUDGE = 1e-5
+NUDGE = 3e-5  # r_c: few pairs cross the cutoff, and rounding is small in second differences
 # With few kernels, which tests below and in other files share.
 FEW = (
     "gw-vv", "lambda 0.65, gaussian", "dpd-vv, 2D, list", "core, list", "bath, list",
@@ -102,7 +102,8 @@ def test_momentum_is_conserved_to_rounding(name):
 def test_forces_and_curvature_are_derivatives_of_the_energy(name):
     """Of pairs, bonds, angles and walls, along every coordinate, by the plain reference."""
     nothing = {"body_force": None, "wall_friction": 0.0} if "walls" in name else {}
-    simulation, reference = beside(name, friction=1e-20, **nothing)
+    short = {"dt": 0.01} if "shear" in name else {}  # no bond grows as long as half the box
+    simulation, reference = beside(name, friction=1e-20, **nothing, **short)
     for _ in range(11 if "shear" in name else 0):
         simulation.advance(1)
         reference.step()

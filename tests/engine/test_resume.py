@@ -117,7 +117,8 @@ KINDS = {
               "observe": [{"displacement": {"every": 5}}, {"profile": {"every": 20}}]},
     "trees": {"molecules": [{"architecture": "A 3 (B 2) A 3", "count": 30}],
               "angle": {"A A A": {"stiffness": 5}, "B A A": {"stiffness": 4, "angle": 90},
-                        "A B B": {"stiffness": 3, "angle": 120}}},
+                        "A B B": {"stiffness": 3, "angle": 120}},
+              "observe": [{name: {"every": 5}} for name in ("thermo", "chains", "trace")]},
     "pressure": {"pressure": {"target": 30, "time": 0.4}} | STRESS,
     "walls": {"walls": {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 3}} | STRESS,
 }  # fmt: skip
