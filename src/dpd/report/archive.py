@@ -104,10 +104,10 @@ def pictures(paper: str) -> list[Path]:
 
 def small_png(picture: Image.Image) -> bytes:
     """A file of a picture in 256 colours: it takes a third of the room and looks the same."""
-    archived = BytesIO()
+    written = BytesIO()
     few = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
-    few.save(archived, "png", optimize=True)
-    return archived.getvalue()
+    few.save(written, "png", optimize=True)
+    return written.getvalue()
 
 
 def studies() -> list[str]:
