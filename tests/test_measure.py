@@ -16,6 +16,7 @@ from benchmarks.tension import profiles_known
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline import study
+from dpd.pipeline.jobs import batches
 from dpd.pipeline.paper import Measurement, read_paper
 from dpd.report.figures import load_module, make_figure
 from dpd.report.text import typeset
@@ -120,11 +121,12 @@ def test_what_is_planned(tmp_path):
     """The benchmark's own jobs and no other paper's; one figure's; none by default."""
     folder = copy_repository(tmp_path / "copy")
     paper = read_paper("benchmark", "quick")
-    points = sum(len(sweep.points) for sweep in paper.sweeps.values())
+    batch = study.read_config()["batch"]
+    runs = sum(len(batches(sweep, batch)) for sweep in paper.sweeps.values())
     jobs = planned(folder, "benchmark")
     assert jobs["measure"] == len(paper.measurements)
     assert jobs["draw_figure"] == len(paper.figures)
-    assert jobs.get("simulate", 0) == points and jobs["benchmark"] == 1
+    assert jobs.get("simulate", 0) == runs and jobs["benchmark"] == 1
     assert "write_report" not in jobs
     one = planned(folder, "results/quick/benchmark/figures/lammps.png")
     assert one == {"measure": 1, "draw_figure": 1}
