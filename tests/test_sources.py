@@ -127,7 +127,8 @@ def test_imports_of_every_form(tmp_path, monkeypatch):
     monkeypatch.setitem(HOMES, "house", (house,))
     found = reachable((house / "entry.py",))
     assert {str(path.relative_to(house)) for path in found} == set(files) - {"unused.py"}
-    found = reachable((house / "entry.py",), frozenset({"house.rooms.three", "house.one"}))
+    without = frozenset({house / "rooms" / "three.py", house / "one.py"})
+    found = reachable((house / "entry.py",), without)
     left_out = {"unused.py", "rooms/three.py", "six.py", "one.py", "rooms/four.py"}
     assert {str(path.relative_to(house)) for path in found} == set(files) - left_out
 
@@ -142,20 +143,6 @@ print(json.dumps([module.__file__ for module in modules]))
 """
 
 
-# Readers and writers of formats import libraries that most processes do without, kernels of
-# observables come with their first sample, and terms, first configurations of files and what tries
-# time steps with a scene that has them.
-ROOMS = ("particles", "engine/queries", "physics", "physics/common")
-LATE = {str(path) for room in ROOMS for path in (PACKAGE / room).glob("*.py")} | {
-    str(PACKAGE / name)
-    for name in (
-        "analysis/__init__.py", "analysis/collect.py", "analysis/statistics.py",
-        "engine/barostat.py", "observe/common/bins.py", "observe/common/thermal.py",
-        "runs/auto.py", "start/common/files.py",
-    )
-}  # fmt: skip
-
-
 @pytest.mark.few(1)
 @pytest.mark.parametrize("stage", STAGES)
 def test_all_that_a_stage_imports_is_found(stage):
@@ -164,14 +151,7 @@ def test_all_that_a_stage_imports_is_found(stage):
         [sys.executable, "-c", IMPORTED, *STAGES[stage]], capture_output=True, text=True,
         check=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
     )  # fmt: skip
-    found = {str(path) for path in reachable(STAGES[stage])}
-    imported = set(json.loads(done.stdout))
-    assert imported <= found
-    assert found - imported <= LATE
-
-
-def test_modules_that_decide_nothing_are_there():
-    """A list that names what is gone would be read as if it were right."""
+    assert set(json.loads(done.stdout)) <= set(map(str, reachable(STAGES[stage])))
     assert all(file_of(name) for name in DECIDE_NOTHING)
 
 
@@ -274,27 +254,22 @@ def test_an_edited_kernel_changes_runs_starts_and_compiled_code(changed):
 FIGURE_OF_CHAINS = "figure liu_2008 fig04_snapshot"
 
 
-@pytest.mark.few(1)
 @pytest.mark.parametrize(
-    ("module", "named"),
-    [("crossings", {"crossings"}), ("rdf", {"rdf"}), ("chains", {"chains"})],
+    ("page", "has"),
+    [
+        ("observe/crossings", lambda scene: "crossings" in scene.observe),
+        ("physics/pressure", lambda scene: "pressure" in scene.terms),
+    ],
 )
-def test_an_edited_observable_changes_the_runs_that_name_it(changed, module, named):
-    """No start, no kernel, no other run."""
-    names = changed(f"src/dpd/observe/{module}.py")
-    expected = runs(lambda scene: named & set(scene.observe))
+def test_an_edited_page_changes_the_runs_that_name_it(changed, page, has):
+    """No start (the box keeps its size while it is made), no other run."""
+    names = changed(f"src/dpd/{page}.py")
+    expected = runs(has)
     assert of_kind(names, "run") == expected and 0 < len(expected) < len(runs(lambda scene: True))
-    assert not of_kind(names, "start", "compile", "kernels", "figure") - {FIGURE_OF_CHAINS}
-
-
-@pytest.mark.thorough
-def test_an_edited_module_of_a_term_changes_the_runs_that_have_it(changed):
-    """And compiled code, but no start: the box keeps its size while it is made."""
-    names = changed("src/dpd/engine/barostat.py")
-    expected = runs(lambda scene: "pressure" in scene.terms)
-    assert of_kind(names, "run") == expected != set()
-    assert {name.replace("compile", "run") for name in of_kind(names, "compile")} == expected
-    assert "kernels" in names and not of_kind(names, "start")
+    assert not of_kind(names, "start", "figure") - {FIGURE_OF_CHAINS}
+    compiled = {name.replace("compile", "run") for name in of_kind(names, "compile")}
+    assert compiled == (expected if page.startswith("physics") else set())
+    assert ("kernels" in names) == page.startswith("physics")
 
 
 def test_an_edited_analysis_changes_the_figures_that_use_it(changed):

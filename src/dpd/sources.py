@@ -44,7 +44,7 @@ DECIDE_NOTHING = (
     "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
-TEXT = re.compile(r"[\w.]+\.\w+")  # that may name a module, or a file beside one
+TEXT = re.compile(r"\w+\.\w+")  # that may name a file beside a module
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 IMPORTS = (ast.Import, ast.ImportFrom)
 HINTS = {ast.FunctionDef: "returns", ast.AsyncFunctionDef: "returns", ast.arg: "annotation"}
@@ -56,7 +56,6 @@ REFUSES = (
 )  # fmt: skip
 SETTINGS = ("setting", "interval_setting", "Field")
 WORDS = ("description", "unit", "of")
-MOST_KEPT = 2000  # digests
 
 
 class Source(NamedTuple):
@@ -66,22 +65,21 @@ class Source(NamedTuple):
     # Files of ours that it imports, at its top or in a function, with those of their packages; of a
     # user's file also those of its folder.
     imports: frozenset[Path]
-    named: frozenset[Path] = frozenset()  # of modules that stand in it as text: see `Term.modules`
 
 
 @cache
-def sources_digest(*modules: str | Path, without: frozenset[str | Path] = frozenset()) -> str:
+def sources_digest(*modules: str | Path, without: frozenset[Path] = frozenset()) -> str:
     """Digest of some modules, by name or file, and of all that they import: twelve hex digits.
 
-    Those ``without`` are left out, with what they alone import.
+    Files ``without`` which it is are left out, with what they alone import.
     """
 
     def find():
-        found = reachable(modules, without.union(DECIDE_NOTHING))
+        found = reachable(modules, without.union(filter(None, map(file_of, DECIDE_NOTHING))))
         lines = sorted(f"{_place(path)} {source_of(path).digest}" for path in found)
         return text_digest("\n".join(lines))
 
-    return cached(f"{modules} {sorted(map(str, without))}", find)
+    return cached(f"{modules} {sorted(without)}", find)
 
 
 def page_digest(path: Path) -> str:
@@ -90,7 +88,7 @@ def page_digest(path: Path) -> str:
     Raises `OSError` or `ValueError` if one cannot be read, or a folder is imported.
     """
     own = files_of(path)
-    ours = {file for each in own for file in source_of(each).imports if _is_ours(file)}
+    ours = {file for each in own for file in source_of(each).imports if _home(file)}
     lines = sorted(f"{each.name} {source_of(each).digest}" for each in own)
     return text_digest(" ".join([*lines, sources_digest(*sorted(ours))]))
 
@@ -100,15 +98,8 @@ def files_of(path: Path) -> list[Path]:
     found = [path]
     for each in found:  # which grows
         imports = sorted(source_of(each).imports)
-        found += [file for file in imports if not _is_ours(file) and file not in found]
+        found += [file for file in imports if not _home(file) and file not in found]
     return found
-
-
-def _place(path):
-    """What a file is called in digests, wherever it lies: installed sources have the same."""
-    homes = ((package, home) for package, folders in HOMES.items() for home in folders)
-    inside = ((package, home) for package, home in homes if path.is_relative_to(home))
-    return next((f"{package}/{path.relative_to(home)}" for package, home in inside), str(path))
 
 
 @cache
@@ -116,12 +107,9 @@ def kernel_digest() -> str:
     """Digest of all that decides what Numba compiles: modules with kernels, and their imports."""
 
     def find():
-        kernels = [
-            path
-            for path in sorted(PACKAGE.rglob("*.py"))
-            if file_of(COMPILER) in source_of(path).imports
-        ]
-        kernels += sorted((PACKAGE / "physics").glob("*.py"))  # whose formulas they get in records
+        jit, files = file_of(COMPILER), sorted(PACKAGE.rglob("*.py"))
+        formulas = PACKAGE / "physics"  # which kernels get in records
+        kernels = (f for f in files if jit in source_of(f).imports or f.parent == formulas)
         return sources_digest(*kernels)
 
     return cached("kernels", find)
@@ -139,13 +127,8 @@ def cached(question: str, find: Callable[[], str]) -> str:
             return found
     found = find()
     with suppress(OSError):  # where nothing can be kept, it is found each time
-        from dpd.files import draft_of
-
-        with draft_of(path) as draft:
-            draft.write_text(found)
-        kept = sorted(path.parent.glob("*_*"), key=lambda each: each.stat().st_mtime_ns)
-        for old in kept[:-MOST_KEPT]:
-            old.unlink(missing_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(found)
     return found
 
 
@@ -156,28 +139,24 @@ def _state():
     for home in chain(*HOMES.values()):
         for folder, folders, names in os.walk(home):
             folders[:] = sorted(each for each in folders if each[0] not in "._")
-            for name in sorted(names):
-                path = os.path.join(folder, name)
-                with open(path, "rb") as file:
-                    content = hashlib.sha256(file.read()).hexdigest()
-                total.update(f"{os.path.relpath(path, home)} {content}\n".encode())
+            for path in (Path(folder, name) for name in sorted(names)):
+                total.update(f"{path} {hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
     return total.hexdigest()[:12]
 
 
 @cache
 def reachable(
-    modules: tuple[str | Path, ...], without: frozenset[str | Path] = frozenset()
+    modules: tuple[str | Path, ...], without: frozenset[Path] = frozenset()
 ) -> frozenset[Path]:
     """Files of some modules, of all that they import, and of the packages that these are in.
 
     Those ``without`` are not followed.
     """
     waiting = [path for module in modules for path in _files(module)]
-    left_out = {each if isinstance(each, Path) else file_of(each) for each in without}
     found = set()
     while waiting:
         path = waiting.pop()
-        if path not in found and path not in left_out:
+        if path not in found and path not in without:
             found.add(path)
             waiting += source_of(path).imports
     return frozenset(found)
@@ -198,38 +177,38 @@ def _files(module):
     path = module if isinstance(module, Path) else file_of(module)
     if path is None:
         return ()
-    packages = (folder / "__init__.py" for folder in path.parents if _is_ours(folder))
+    packages = (folder / "__init__.py" for folder in path.parents if _home(folder))
     return (path, *(package for package in packages if package.is_file()))
 
 
-def _is_ours(folder):
-    return any(folder.is_relative_to(home) for home in chain(*HOMES.values()))
+def _home(path):
+    """The folder of the package of ours that a file is in; None for a user's."""
+    return next((each for each in chain(*HOMES.values()) if path.is_relative_to(each)), None)
+
+
+def _place(path):
+    """What a file is called in digests, wherever it lies: installed sources have the same."""
+    home = _home(path)
+    return str(path.relative_to(home.parent) if home else path)
 
 
 def source_of(path: Path) -> Source:
-    """The `Source` of a file; a user's may be another one by now."""
-    return _of_ours(path) if _is_ours(path) else _parsed(path, path.read_bytes())
-
-
-@cache
-def _of_ours(path):
+    """The `Source` of a file, which may be another one by now."""
     return _parsed(path, path.read_bytes())
 
 
 @cache
 def _parsed(path, text):
-    beside = frozenset(_files(path)) if _is_ours(path) else frozenset()
+    packages = frozenset(_files(path)) if _home(path) else frozenset()
     try:
         tree = ast.parse(text)
     except (SyntaxError, ValueError):  # whoever imports it says what is wrong
-        return Source(hashlib.sha256(text).hexdigest(), beside)
+        return Source(hashlib.sha256(text).hexdigest(), packages)
     digest, imports, texts = _read(tree)
     for data in sorted(path.with_name(text) for text in texts):
         if data.suffix != ".py" and data.is_file():
             digest.update(hashlib.sha256(data.read_bytes()).digest())
-    files = {file for node in imports for file in _imported(node, path)}
-    named = {file for text in texts if (file := file_of(text)) and file.name != "__init__.py"}
-    return Source(digest.hexdigest(), beside.union(files), frozenset(named))
+    return Source(digest.hexdigest(), packages.union(*(_imported(node, path) for node in imports)))
 
 
 def _read(tree):
@@ -300,7 +279,7 @@ def _imported(node, path):
 def _sibling(path, module):
     """The file of a module in the folder of a user's file."""
     first = module.split(".")[0]
-    if _is_ours(path):
+    if _home(path):
         return ()
     if (path.parent / first / "__init__.py").is_file():
         raise ValueError(f"it imports the folder {first!r}; beside a page stand files alone")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from dpd.digest import paper_folder, text_digest, value_digest
 from dpd.page import Observable, Start, Term, find, module_of, names
 from dpd.scene.reading import NEEDED
-from dpd.sources import cached, file_of, source_of, sources_digest
+from dpd.sources import PACKAGE, cached, file_of, source_of, sources_digest
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +33,7 @@ STAGES = {
     "measure": ("benchmarks.measure",),
 }
 # A run uses statistics only to sum up its series, which are in its file, and to warn in words.
-NOT_IN_RUNS = frozenset({"dpd.analysis.statistics"})
+NOT_IN_RUNS = frozenset({PACKAGE / "analysis" / "statistics.py"})
 
 
 @cache
@@ -88,16 +88,13 @@ def calculation_sources(paper: str) -> str:
 def _terms(scene, of_kernels=False):
     """Modules of all that acts in a scene, or of what its kernels know."""
     terms = [term for term in scene.terms.values() if term.in_kernels or not of_kernels]
-    named = (module for term in terms for module in term.modules)
-    return {type(term).__module__ for term in terms}.union(named)
+    return {type(term).__module__ for term in terms}
 
 
 def _terms_of_start(scene):
     """The same while its first configuration is made: friction is that of pairs."""
-    acting = scene.start_terms if scene.start.acts else {}
-    terms = [*(scene.terms[key] for key in NEEDED), *acting.values()]
-    named = (module for term in acting.values() for module in term.modules)
-    return {type(term).__module__ for term in terms}.union(named)
+    acting = scene.start_terms.values() if scene.start.acts else ()
+    return {type(term).__module__ for term in (*map(scene.terms.get, NEEDED), *acting)}
 
 
 def _digest_of(stage, pages):
@@ -117,11 +114,7 @@ def _of_ours(stage, pages):
 
 
 def unused(pages: frozenset[str]) -> frozenset[Path]:
-    """Files of terms, and of modules that they bring, other than those of what acts in a scene."""
-    terms = {Term.folder / f"{key}.py" for key in names(Term)}
-    brought = (source_of(path).named for path in terms)
-    acting, waiting = set(), {path for page in pages if (path := file_of(page))}
-    while waiting:
-        acting |= waiting  # a page may take from another
-        waiting = {file for path in waiting for file in source_of(path).imports & terms} - acting
-    return frozenset(terms.union(*brought) - acting)
+    """Files of terms other than those of what acts in a scene, and than those that they import."""
+    acting = {path for page in pages if (path := file_of(page))}
+    acting = acting.union(*(source_of(path).imports for path in acting))
+    return frozenset(Term.folder / f"{key}.py" for key in names(Term)) - acting

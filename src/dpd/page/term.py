@@ -124,7 +124,6 @@ class Term(Page):
     makes: ClassVar[frozenset[Change]] = frozenset()  # what it does to the world; see `changes`
     # what it is there for, by which the axes come first that the fluid changes across
     mainly: ClassVar[Change | None] = None
-    modules: ClassVar[tuple[str, ...]] = ()  # that act with it, beside its own, and never else
     in_kernels: ClassVar[bool] = True  # whether kernels know it
     in_start: ClassVar[bool] = False  # whether it acts while a start grows and relaxes
     own_in_start: ClassVar[bool] = False  # and has other settings there, under ``start.forces``

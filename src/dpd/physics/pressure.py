@@ -56,7 +56,6 @@ class ConstantPressure(Term, key="pressure"):
 
     caption = "constant pressure {target} kT/r_c^{dimension}[, stretched along {axes}]"
     makes = frozenset({Change.STRETCHES})
-    modules = ("dpd.engine.barostat",)
     cannot = {
         Change.SLIDES: "cannot be held in a box whose images slide",
         Change.ENDS: "cannot be held in a box that ends",
