@@ -4,24 +4,25 @@ import hashlib
 import math
 import os
 import re
+import shutil
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 from PIL import Image
 
 from dpd import files
-from dpd.analysis.collect import save
+from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline.paper import Figure, Paper, read_paper
 from dpd.pipeline.paths import LONG_STUDY, Results
-from dpd.pipeline.study import read_config, read_study
-from dpd.pipeline.sweep import Axis, Point, Sweep, SweepFile
-from dpd.pipeline.theory import calculate, unfold_theory
+from dpd.pipeline.study import read_config
+from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report import archive
 from dpd.report.archive import keep_whole, manifest_of, restore
 from dpd.report.page import reached, shorter_points, write_page
 from dpd.scene.scene import Scene
-from dpd.stages import run_sources
 from tests.test_report import VERDICTS, put_figure, verdict_table
 
 PAPER, SWEEP = "one_1997", "lengths"
@@ -55,18 +56,10 @@ def paper(*sampling, replicas=1):
     return Paper(PAPER, "One", "J. One 1", sweeps, (), figures, sampling)
 
 
-def put_run(results, point, seconds=1800.0, since=1.0, lost=-1):
-    """The result of a run, with what the archive reads of it; it has last gone on at a share."""
+def put_run(results, point, seconds=1800.0):
+    """The result of a run, with what the archive reads of it."""
     path = results / PAPER / "runs" / SWEEP / point.name / "run.nc"
-    files.write(
-        path,
-        {},
-        {
-            "seed": point.scene.data["seed"], "scene_digest": point.scene.digest,
-            "sources": run_sources(point.scene), "seconds": since * seconds, "lost_step": lost,
-            "bead_steps_per_second": point.scene.work / seconds,
-        },
-    )  # fmt: skip
+    files.write(path, {}, {"seconds": seconds})
     return path
 
 
@@ -93,90 +86,31 @@ def keep(results, runs_from=math.inf, of=None):
     return keep_whole("long", Results(str(results)), [of or paper()], runs_from)
 
 
-def test_the_manifest_says_what_made_the_archive(kept, results):
-    """Hours, sizes and steps of each sweep; what is missing; nothing that tells whose machine."""
+def test_the_archive_of_a_study(kept, results):
+    """Its figures in fewer colours, and what made them: nothing that tells whose machine."""
     written = keep(results)
     found = manifest_of("long")
     ((part, made),) = found["parts"].items()
     assert made["machine"] == {"processor": "Some Processor", "cores": os.cpu_count()}
     assert re.fullmatch(r"\d{4}-\d\d-\d\d", made["date"]) and made["commit"]
     assert {"numpy", "numba", "Python"} <= set(made["versions"])
-    assert found["figures"] == {f"{PAPER}/fig02_shapes": part}
-    assert found["core_hours"] == 1.0  # two runs of half an hour
-    sweep = found["sweeps"][PAPER][SWEEP]
-    assert (sweep["whole"], sweep["runs_made"], sweep["runs_planned"]) == (True, 2, 2)
-    assert found["figures_missing"] == [f"{PAPER}/drift"] and found["whole"] is False
-    names = {str(path.relative_to(kept / "long")) for path in written}
     figure = f"{PAPER}/fig02_shapes"
+    assert found["figures"] == {figure: part} and found["figures_missing"] == [f"{PAPER}/drift"]
+    names = {str(path.relative_to(kept / "long")) for path in written}
     assert names == {"verdicts.csv", f"{figure}.png", f"{figure}.nc", "manifest.yaml"}
-    text = (kept / "long" / "manifest.yaml").read_text()
-    assert str(results) not in text and "/" not in text.replace(f"{PAPER}/", "").split("study:")[1]
-
-
-def test_the_manifest_has_sweeps_of_theory(kept, results):
-    """Whole once the file is there, and only while it has the points that the sweep has."""
-    given = SweepFile(theory={"second_virial": {"repulsion": 25}})
-    sweep = unfold_theory("crgw_2019", "virials", given, "here")
-    whole = {"fig02_shapes": Figure((SWEEP,), ())}
-    mine = Paper(PAPER, "", "", paper().sweeps, (), whole, (), {"virials": sweep})
-
-    def found():
-        keep(results, of=mine)
-        said = manifest_of("long")
-        assert said["whole"] is said["calculated"][PAPER]["virials"]["whole"]
-        return said["calculated"][PAPER]["virials"]
-
-    path = results / PAPER / "sweeps" / "virials.nc"
-    assert found()["whole"] is False
-    data = calculate(sweep, path)
-    save(data, path)
-    assert found() == {"whole": True, "points": 1, "arguments": sweep.digest}
-    files.write(path, {}, {"points": "others", "sources": "0123456789ab"})
-    assert found()["whole"] is True  # as in the former archive
-    (kept / "long" / "manifest.yaml").unlink()
-    assert found()["whole"] is False
-
-
-def test_the_manifest_has_a_checksum_of_each_file(kept, results):
-    """They are the files of the study; pictures have fewer colours."""
-    keep(results)
-    listed = manifest_of("long")["files"]
-    for name, said in listed.items():
+    assert str(results) not in (kept / "long" / "manifest.yaml").read_text()
+    for name, said in found["files"].items():
         data = (kept / "long" / name).read_bytes()
         assert said == {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
-    source, target = results / PAPER / "figures" / "fig02_shapes", kept / "long" / PAPER
-    assert source.with_suffix(".nc").read_bytes() == (target / "fig02_shapes.nc").read_bytes()
-    with (
-        Image.open(source.with_suffix(".png")) as old,
-        Image.open(target / "fig02_shapes.png") as new,
-    ):
-        apart = np.abs(np.subtract(old.convert("RGB"), new.convert("RGB"), dtype=float))
+    source, target = results / PAPER / "figures" / "fig02_shapes", kept / "long" / figure
+    assert source.with_suffix(".nc").read_bytes() == target.with_suffix(".nc").read_bytes()
+    old, new = (Image.open(path.with_suffix(".png")) for path in (source, target))
+    apart = np.abs(np.subtract(old.convert("RGB"), new.convert("RGB"), dtype=float))
     assert new.mode == "P" and apart.mean() < 1
     assert len(archive.read_archive("long")) == len(ROWS)
 
 
-def test_runs_are_counted_if_they_belong_to_the_sweep(kept, results):
-    """One that is missing or of another scene makes the sweep incomplete; seeds are in a digest."""
-    keep(results)
-    before = manifest_of("long")["sweeps"][PAPER][SWEEP]
-    folder = results / PAPER / "runs" / SWEEP
-    first, second = paper().sweeps[SWEEP].points
-    manifest_file = kept / "long" / "manifest.yaml"
-    put_run(results, Point(first.name, first.labels, second.scene))
-    keep(results)
-    assert manifest_of("long")["sweeps"][PAPER][SWEEP] == before  # which had more runs
-    manifest_file.unlink()
-    keep(results)
-    after = manifest_of("long")["sweeps"][PAPER][SWEEP]
-    assert (after["whole"], after["runs_made"], after["core_hours"]) == (False, 1, 0.5)
-    (folder / second.name / "run.nc").unlink()
-    manifest_file.unlink()
-    keep(results)
-    after = manifest_of("long")["sweeps"][PAPER][SWEEP]
-    assert after["runs_made"] == 0
-
-
-def test_an_archive_that_is_too_large_is_refused(kept, results, monkeypatch):
+def test_an_archive_that_is_too_large_is_refused(kept, results):
     """Before anything of it is written: the former one stays."""
     keep(results)
     before = {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
@@ -187,94 +121,50 @@ def test_an_archive_that_is_too_large_is_refused(kept, results, monkeypatch):
     assert before == {path: path.read_bytes() for path in kept.rglob("*") if path.is_file()}
 
 
-def other_machine(tmp_path, drawn=True):
-    """Results of a study that has the figure without runs alone, or nothing."""
-    folder = tmp_path / "elsewhere"
-    if drawn:
-        put_figure(folder / PAPER / "figures", PAPER, "drift", {"slow": ("check", "deviates", 1.0)})
-    return folder
-
-
 def test_an_archive_grows_on_several_machines(kept, results, tmp_path):
-    """What was made elsewhere stays, with its verdicts, files and what made it."""
+    """What was made elsewhere stays, with its verdicts, files and what made it, while asked for."""
     keep(results)
     figure, drift = f"{PAPER}/fig02_shapes", f"{PAPER}/drift"
-    picture, before = kept / "long" / f"{figure}.png", manifest_of("long")
+    picture, manifest = kept / "long" / f"{figure}.png", kept / "long" / "manifest.yaml"
     old = picture.read_bytes()
-    (part,) = before["parts"]
-    renamed = (kept / "long" / "manifest.yaml").read_text().replace(part, "2020-01-01 abc")
-    (kept / "long" / "manifest.yaml").write_text(renamed)
-    keep(other_machine(tmp_path))
+    (part,) = manifest_of("long")["parts"]
+    manifest.write_text(manifest.read_text().replace(part, "2020-01-01 abc"))
+    other, rows = tmp_path / "elsewhere", {"slow": ("check", "deviates", 1.0)}
+    put_figure(other / PAPER / "figures", PAPER, "drift", rows)
+    keep(other)
     found = manifest_of("long")
     assert found["figures"] == {figure: "2020-01-01 abc", drift: part}
-    assert found["sweeps"] == before["sweeps"] and list(found["parts"]) == ["2020-01-01 abc", part]
-    assert found["whole"] and not found["figures_missing"] and found["core_hours"] == 1.0
+    assert list(found["parts"]) == ["2020-01-01 abc", part] and not found["figures_missing"]
     assert picture.read_bytes() == old and set(found["files"]) >= {f"{figure}.nc", f"{drift}.nc"}
     table = archive.read_archive("long")
     assert list(table.figure) == ["fig02_shapes"] * len(ROWS) + ["drift"]
     with pytest.raises(UserError, match="no figure is there to keep"):
         keep(tmp_path / "nothing here")
+    keep(other, of=Paper(PAPER, "", "", {}, (), {"drift": Figure((), ())}))
+    assert {path.stem for path in (kept / "long" / PAPER).iterdir()} == {"drift"}
+    assert set(archive.read_archive("long").figure) == {"drift"}
 
 
-def test_figures_of_other_runs_leave_the_archive(kept, results, tmp_path):
-    """Where the study asks for other runs by now, or no longer for the figure."""
-    keep(results)
-    elsewhere = other_machine(tmp_path)
-    same = paper()
-    first = same.sweeps[SWEEP].points[0]
-    edited = Sweep(SWEEP, same.sweeps[SWEEP].axes, (first, Point("b", (4, 0), scene(4, seed=9))))
-    for given in (
-        Paper(PAPER, "", "", {SWEEP: edited}, (), same.figures),
-        Paper(PAPER, "", "", same.sweeps, (), {"drift": Figure((), ())}),
-    ):
-        keep(results)
-        assert (kept / "long" / PAPER / "fig02_shapes.nc").is_file()
-        keep(elsewhere, of=given)
-        assert {path.stem for path in (kept / "long" / PAPER).iterdir()} == {"drift"}
-        assert set(archive.read_archive("long").figure) == {"drift"}
-
-
-@pytest.fixture
-def long_study(monkeypatch, results, tmp_path):
-    """The study that is kept whole is the one of these tests; results of another machine."""
+def test_long_runs_go_to_another_machine_and_back(kept, results, monkeypatch, tmp_path):
+    """Those that took as long as asked for, byte for byte; a run that is there is left alone."""
     monkeypatch.setattr(archive, "read_study", lambda study: {})
     monkeypatch.setattr(archive, "read_config", lambda: {"papers": [PAPER]})
     monkeypatch.setattr(archive, "read_paper", lambda name, study: paper())
     monkeypatch.setattr(archive, "results_of", lambda study: Results(str(tmp_path / "new")))
-    return tmp_path / "new"
-
-
-def test_long_runs_go_to_another_machine_and_back(kept, results, long_study, tmp_path):
-    """Those that took as long as asked for, byte for byte; a run that is there is left alone."""
     first = paper().sweeps[SWEEP].points[0]
     put_run(results, first, seconds=7300.0)
     keep(results)
-    assert not list(kept.rglob("runs"))
+    assert not list(kept.rglob("runs/*/*.nc"))
     with pytest.raises(UserError, match=r"no runs are archived there; .*--runs-from HOURS"):
         restore("long")
     keep(results, runs_from=2.0)
     (there,) = (kept / "long" / PAPER / "runs").rglob("*.nc")
-    assert f"{PAPER}/runs/{SWEEP}/{there.name}" in manifest_of("long")["files"]
-    assert there.stem == first.name
-    keep(other_machine(tmp_path), runs_from=2.0)  # it stays as it is not here
+    assert f"{PAPER}/runs/{SWEEP}/{first.name}.nc" in manifest_of("long")["files"]
     (written,) = restore("long")
-    assert written == long_study / PAPER / "runs" / SWEEP / first.name / "run.nc"
+    assert written == tmp_path / "new" / PAPER / "runs" / SWEEP / first.name / "run.nc"
     assert written.read_bytes() == there.read_bytes()
     written.write_bytes(b"mine")
     assert restore("long") == [] and written.read_bytes() == b"mine"
-    keep(results)
-    assert not list(kept.rglob("runs"))
-
-
-@pytest.mark.parametrize("name", ["sources", "scene_digest"])
-def test_runs_that_cannot_be_used_any_more(kept, results, long_study, name):
-    """They are refused with what to do, and nothing is written."""
-    keep(results, runs_from=0.1)
-    first = min((kept / "long").rglob("runs/*/*.nc"))
-    files.write(first, {}, files.attributes(first) | {name: "0123456789ab"})
-    with pytest.raises(UserError, match=f"made by other sources .{name} 0123.*rm '.*length=2"):
-        restore("long")
-    assert not long_study.exists()
 
 
 def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch):
@@ -285,23 +175,56 @@ def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch):
     monkeypatch.setattr(archive, "read_paper", lambda name, study: paper())
     for study, number in (("quick", 1), (LONG_STUDY, 4)):
         written = archive.keep(study)
-        assert len(written) == number and written[0] == kept / study / "verdicts.csv"
+        assert len(written) == number and kept / study / "verdicts.csv" in written
     with pytest.raises(UserError, match="is none of the studies"):
         archive.keep("quik")
 
 
 def test_what_git_has_of_the_long_study():
-    """If it has any: whole files, of the size and sums that its manifest says."""
-    folder = archive.ARCHIVE / LONG_STUDY
-    read_study(LONG_STUDY)
-    if not folder.exists():
-        return
-    listed = manifest_of(LONG_STUDY)["files"]
+    """Whole files, of the size and sums that its manifest says."""
+    folder, listed = archive.ARCHIVE / LONG_STUDY, manifest_of(LONG_STUDY)["files"]
     there = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
     assert there == {*listed, archive.MANIFEST}
     assert sum((folder / name).stat().st_size for name in there) <= archive.LIMIT
     for name, said in listed.items():
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == said["sha256"], name
+
+
+FIGURE = "nikunen_2007/fig05_exponents"
+
+
+def test_archived_figures_are_drawn_and_judged_again(kept):
+    """Rows and picture that somebody has spoilt come back; numbers that miss what a figure needs
+    are refused, and the archive stays as it was.
+    """
+    git, one = ROOT / "results" / "archive" / LONG_STUDY, kept / LONG_STUDY
+    with pytest.raises(UserError, match=r"manifest.yaml: missing; no figures are archived"):
+        archive.redraw(LONG_STUDY)
+    (one / FIGURE).parent.mkdir(parents=True)
+    shutil.copy(git / f"{FIGURE}.nc", one / f"{FIGURE}.nc")
+    Image.new("RGB", (1, 1)).save(one / f"{FIGURE}.png")
+    (one / "verdicts.csv").write_text("spoilt")
+    text = archive.manifest_text({"figures": {FIGURE: "here"}, "files": {}}, {})
+    (one / "manifest.yaml").write_text(text)
+    names = [f"{FIGURE}.png", "verdicts.csv", "manifest.yaml"]
+    assert archive.redraw(LONG_STUDY) == [one / name for name in names]
+    assert set(manifest_of(LONG_STUDY)["files"]) == set(names[:2])
+    table = pd.read_csv(git / "verdicts.csv")
+    expected = table[table.figure == FIGURE.split("/")[1]].reset_index(drop=True)
+    pd.testing.assert_frame_equal(pd.read_csv(one / "verdicts.csv"), expected, rtol=1e-9)
+    found, drawn = (
+        np.asarray(Image.open(folder / f"{FIGURE}.png").convert("RGB"), int)
+        for folder in (one, git)
+    )
+    assert found.shape == drawn.shape and (np.abs(found - drawn) < 50).mean() > 0.99
+    assert archive.redraw(LONG_STUDY) == []
+    with xr.open_dataset(one / f"{FIGURE}.nc") as data:
+        older = data.load().drop_vars("tau")
+    older.to_netcdf(one / f"{FIGURE}.nc")
+    before = {path: path.read_bytes() for path in one.rglob("*") if path.is_file()}
+    with pytest.raises(UserError, match=r"fig05_exponents.py: line \d+: .*tau"):
+        archive.redraw(LONG_STUDY)
+    assert {path: path.read_bytes() for path in one.rglob("*") if path.is_file()} == before
 
 
 def page_of(results, archived, *sampling):

@@ -21,35 +21,30 @@ from PIL import Image
 
 from dpd import files
 from dpd.analysis.collect import load, reading
-from dpd.digest import ROOT, value_digest
+from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.pipeline.study import SEEDED, read_config, read_study
-from dpd.pipeline.theory import TheorySweep
 from dpd.report.figure_file import load_module
 from dpd.report.figures import drawing, joined, read_verdicts, verdicts_of
 from dpd.report.workflow import commit, library_versions, processor
-from dpd.stages import run_sources
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from dpd.pipeline.paper import Paper
     from dpd.pipeline.paths import Results
-    from dpd.pipeline.sweep import Point, Sweep
-    from dpd.scene.scene import Scene
 
 ARCHIVE = ROOT / "results" / "archive"
 FIGURES = ROOT / "paper_figures"
 VERDICTS, MANIFEST = "verdicts.csv", "manifest.yaml"
 LIMIT = 10_000_000  # bytes of an archive: git keeps every version of it for ever
 HEAD = """\
-# Written by `python -m dpd archive`: what made the files beside this one, and their checksums. A
-# figure that is not drawn where that is called stays, while its sweeps are whole and ask for the
-# same runs; `figures` names the entry of `parts` that made each. core_hours is the time of the runs
-# alone; `scenes` and `arguments` are digests of what the points of a sweep simulate or calculate.
+# Written by `python -m dpd archive`: what made the files beside this one, and their checksums.
+# `figures` names the entry of `parts` that made each: a figure that is not drawn where that is
+# called stays.
 """
 
 
@@ -91,15 +86,8 @@ def keep_table(study: str, results: Results) -> list[Path]:
 
 
 def pictures(paper: str) -> list[Path]:
-    """Pictures of a paper's figures that git keeps, in the order of their names.
-
-    Raises `UserError` if a picture has no figure file beside it.
-    """
-    found = sorted((FIGURES / paper).glob("*.png"))
-    for path in found:
-        if not path.with_suffix(".py").is_file():
-            raise UserError(f"{path}: there is no figure file {path.stem}.py beside this picture")
-    return found
+    """Pictures of a paper's figures that git keeps, in the order of their names."""
+    return sorted((FIGURES / paper).glob("*.png"))
 
 
 def small_png(picture: Image.Image) -> bytes:
@@ -144,46 +132,50 @@ def keep_whole(
 ) -> list[Path]:
     """Keep all of a study that a reader needs, also of one that was stopped before its end.
 
+    A figure that is not drawn here stays in the archive as it is, while the study asks for it.
     ``runs_from``: hours; runs that took as long or longer are archived too, for `restore`. Returns
     what was written. Raises `UserError` if there is no figure and no run to keep, or the archive
     would be larger than `LIMIT`; then nothing changes.
     """
-    target = ARCHIVE / study
-    former = {"parts": {}, "figures": {}, "sweeps": {}, "calculated": {}} | manifest_of(study)
+    target, former = ARCHIVE / study, manifest_of(study)
     made = {
         "commit": commit(), "date": datetime.now(UTC).strftime("%Y-%m-%d"),
         "machine": {"processor": processor(), "cores": os.cpu_count() or 1},
         "versions": library_versions(),
     }  # fmt: skip
     part = f"{made['date']} {made['commit']}"
+    parts = former.get("parts", {}) | {part: made}
+    figures, missing, tables, drawn = {}, [], [], False
     contents: dict[str, bytes] = {}
-    figures: dict[str, str] = {}
-    tables = []
-    drawn = False
-    for name, new, archived, table in _figures(study, papers, results, former, part):
-        drawn |= bool(new)
-        figures[name] = new or former["figures"][name]
-        contents |= archived
-        tables.append(table)
-    asked = [f"{paper.name}/{figure}" for paper in papers for figure in paper.figures]
-    missing = [name for name in asked if name not in figures]
+    asked = [(each.name, figure) for each in papers for figure in each.figures]
+    for paper, figure in asked:
+        name = f"{paper}/{figure}"
+        here = [Path(results.figure(paper, figure, kind)) for kind in ("png", "nc", "csv")]
+        if all(path.is_file() for path in here):
+            drawn, figures[name] = True, part
+            with Image.open(here[0]) as picture:
+                contents[f"{name}.png"] = small_png(picture)
+            contents[f"{name}.nc"] = here[1].read_bytes()
+            tables.append(read_verdicts(here[2]))
+        elif name in former.get("figures", {}):
+            figures[name] = former["figures"][name]
+            kept = [f"{name}.png", f"{name}.nc"]
+            contents |= {each: (target / each).read_bytes() for each in kept}
+            table = read_archive(study)
+            tables.append(table[(table.paper == paper) & (table.figure == figure)])
+        else:
+            missing.append(name)
     runs = dict(_long_runs(target, papers, results, runs_from))
     if not drawn and not runs:
         raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
     contents = {VERDICTS: joined(tables).to_csv(index=False).encode()} | contents | runs
-    records = {kind: _records(kind, papers, results, former[kind]) for kind in RECORDS}
-    every = [one for kind in records.values() for some in kind.values() for one in some.values()]
-    parts = former["parts"] | {part: made}
     manifest = {
         "study": study,
-        "core_hours": round(sum(one.get("core_hours", 0) for one in every), 3),
-        "whole": all(one["whole"] for one in every) and not missing,
         "parts": {name: parts[name] for name in parts if name in figures.values()},
         "figures": figures,
         "figures_missing": missing,
-        **records,
         "files": {},
-    }  # fmt: skip
+    }
     contents[MANIFEST] = manifest_text(manifest, contents).encode()
     size = sum(map(len, contents.values()))
     if size > LIMIT:
@@ -196,107 +188,18 @@ def keep_whole(
     for path in target.rglob("*"):
         if path.is_file() and str(path.relative_to(target)) not in contents:
             path.unlink()
-    for folder in sorted(target.glob("**/"), reverse=True):
-        if not any(folder.iterdir()):
-            folder.rmdir()
     return write_changed(target, contents)
-
-
-def _figures(study, papers, results, former, part):
-    """Name, part, files and verdicts of each figure that is drawn here, or stays in its part."""
-    table = read_archive(study) if former["figures"] else None
-    for paper in papers:
-        before = former["sweeps"].get(paper.name, {}) | former["calculated"].get(paper.name, {})
-        for figure, feeds in paper.figures.items():
-            name = f"{paper.name}/{figure}"
-            png, numbers, verdicts = (
-                Path(results.figure(paper.name, figure, kind)) for kind in ("png", "nc", "csv")
-            )
-            if png.is_file() and numbers.is_file() and verdicts.is_file():
-                with Image.open(png) as picture:
-                    small = small_png(picture)
-                archived = {f"{name}.png": small, f"{name}.nc": numbers.read_bytes()}
-                yield name, part, archived, read_verdicts(verdicts)
-            elif name in former["figures"] and not feeds.measurements:
-                sweeps = paper.sweeps | paper.theory
-                records = [(before.get(each, {}), sweeps[each]) for each in feeds.sweeps]
-                if all(record.get("whole") and _same(record, each) for record, each in records):
-                    names = [f"{name}.png", f"{name}.nc"]
-                    archived = {each: (ARCHIVE / study / each).read_bytes() for each in names}
-                    rows = table[(table.paper == paper.name) & (table.figure == figure)]
-                    yield name, "", archived, rows
 
 
 def write_changed(target: Path, contents: dict[str, bytes]) -> list[Path]:
     """Write files into an archive, and name those that have changed."""
-    changed = [
-        target / name
-        for name, data in contents.items()
-        if not (target / name).is_file() or (target / name).read_bytes() != data
-    ]
-    for path in changed:
-        data = contents[str(path.relative_to(target))]
-        replace_whole(path, partial(Path.write_bytes, data=data))
+    changed = []
+    for name, data in contents.items():
+        path = target / name
+        if not path.is_file() or path.read_bytes() != data:
+            replace_whole(path, partial(Path.write_bytes, data=data))
+            changed.append(path)
     return changed
-
-
-def _asks(sweep: Sweep | TheorySweep) -> str:
-    """Digest of what the points of a sweep simulate or calculate."""
-    if isinstance(sweep, TheorySweep):
-        return sweep.digest
-    return value_digest([[point.name, sweep.planned_digest(point)] for point in sweep.points])
-
-
-def _same(record, sweep):
-    """Whether a record is of what a sweep asks for."""
-    return _asks(sweep) in (record.get("scenes"), record.get("arguments"))
-
-
-def _records(kind, papers, results, former):
-    """What is known of each sweep: from its runs here, or from more runs of it elsewhere."""
-    found = {}
-    for paper in papers:
-        for name, sweep in (paper.sweeps if kind == "sweeps" else paper.theory).items():
-            record, here = RECORDS[kind](paper.name, sweep, results)
-            before = former.get(paper.name, {}).get(name)
-            if before and _same(before, sweep) and before.get("runs_made", before["whole"]) > here:
-                record = before
-            found.setdefault(paper.name, {})[name] = record
-    return found
-
-
-def _sweep_record(paper, sweep, results):
-    """What is known of a sweep, and how many of its runs are here."""
-    hours = []
-    for point in sweep.points:
-        path = Path(results.run(paper, sweep.name, point.name))
-        # A run of another scene is left from before the sweep was edited. What a scene derives from
-        # other runs is not known here.
-        if path.is_file():
-            with reading(path):
-                same = str(files.attribute(path, "scene_digest")) == point.scene.digest
-                if sweep.derived or same:
-                    hours.append(hours_of(path, point.scene))
-    record = {
-        "whole": len(hours) == len(sweep.points),
-        "runs_made": len(hours),
-        "runs_planned": len(sweep.points),
-        "core_hours": round(sum(hours), 3),
-        "scenes": _asks(sweep),
-    }
-    return record, len(hours)
-
-
-def _theory_record(paper, sweep, results):
-    """The same of a sweep of theory, whose file is not that of other points."""
-    path = Path(results.sweep(paper, sweep.name))
-    said = files.attributes(path) if path.is_file() else {}
-    whole = said.get("points") == sweep.digest
-    record = {"whole": whole, "points": len(sweep.points), "arguments": _asks(sweep)}
-    return record, whole
-
-
-RECORDS = {"sweeps": _sweep_record, "calculated": _theory_record}
 
 
 def redraw(study: str) -> list[Path]:
@@ -330,60 +233,44 @@ def redraw(study: str) -> list[Path]:
 # Long runs, so that a study that took days can go on on another machine.
 
 
-def hours_of(path: Path, scene: Scene) -> float:
-    """How long a run took; of one that was stopped and went on, all its steps at its last rate."""
-    said = files.attributes(path)
-    since_it_went_on = float(said["seconds"])
-    if int(said["lost_step"]) >= 0:
-        return since_it_went_on / 3600
-    return max(since_it_went_on, scene.work / float(said["bead_steps_per_second"])) / 3600
-
-
-def _points(papers: Sequence[Paper]) -> Iterator[tuple[str, str, Point, str]]:
-    """Paper, sweep, point, and name in an archive, of runs whose scene is known before any."""
+def _runs(papers: Sequence[Paper], results: Results) -> Iterator[tuple[str, Path]]:
+    """Of each run of some papers its name in an archive and its place in the results."""
     for paper in papers:
         for sweep in paper.sweeps.values():
-            for point in () if sweep.derived else sweep.points:
+            for point in sweep.points:
                 name = f"{paper.name}/runs/{sweep.name}/{point.name}.nc"
-                yield paper.name, sweep.name, point, name
+                yield name, Path(results.run(paper.name, sweep.name, point.name))
 
 
 def _long_runs(target, papers, results, hours):
     """Name in the archive and content of runs that took long, from here or from the archive."""
-    for paper, sweep, point, name in _points(papers) if hours < math.inf else ():
-        for path in (Path(results.run(paper, sweep, point.name)), target / name):
-            if path.is_file():
-                with reading(path):
-                    same = files.attribute(path, "scene_digest") == point.scene.digest
-                if same and hours_of(path, point.scene) >= hours:
-                    yield name, path.read_bytes()
+    for name, path in _runs(papers, results) if hours < math.inf else ():
+        for place in (path, target / name):
+            if place.is_file():
+                with reading(place):
+                    seconds = float(files.attribute(place, "seconds"))
+                if seconds >= 3600 * hours:
+                    yield name, place.read_bytes()
                     break
 
 
 def restore(study: str) -> list[Path]:
     """Put the runs that the archive of a study has where Snakemake looks for them.
 
-    Result: what was written; a run that is there already is left as it is. Raises `UserError` if
-    there is no such study, its archive has no runs, or one was made by other sources or from
-    another scene; then nothing is written.
+    Result: what was written; a run that is there already is left as it is. Collecting refuses one
+    of other sources or another scene. Raises `UserError` if there is no such study, or its archive
+    has no runs.
     """
     read_study(study)
     papers = [read_paper(name, study) for name in read_config()["papers"]]
-    results, wanted = results_of(study), []
-    for paper, sweep, point, name in _points(papers):
-        archived = ARCHIVE / study / name
-        if archived.is_file():
-            remedy = f"it cannot be used any more; snakemake makes it anew, after: rm '{archived}'"
-            said = files.attributes(archived)
-            files.check_digest(archived, said, "scene_digest", point.scene.digest, remedy)
-            files.check_digest(archived, said, "sources", run_sources(point.scene), remedy)
-            wanted.append((archived, Path(results.run(paper, sweep, point.name))))
-    if not wanted:
+    every = [(ARCHIVE / study / name, path) for name, path in _runs(papers, results_of(study))]
+    archived = [(source, path) for source, path in every if source.is_file()]
+    if not archived:
         raise UserError(
             f"{ARCHIVE / study}: no runs are archived there; 'python -m dpd archive {study} "
             "--runs-from HOURS' keeps those that took as long or longer"
         )
-    missing = [(archived, place) for archived, place in wanted if not place.is_file()]
-    for archived, place in missing:
-        replace_whole(place, partial(Path.write_bytes, data=archived.read_bytes()))
-    return [place for _, place in missing]
+    missing = [(source, path) for source, path in archived if not path.is_file()]
+    for source, path in missing:
+        replace_whole(path, partial(Path.write_bytes, data=source.read_bytes()))
+    return [path for _, path in missing]
