@@ -173,7 +173,7 @@ def extend(
         for path in (output, checkpoint, *sidecars, *map(unfinished, sidecars)):
             remove_drafts(path)
         scene, there = longer(former.scene, sample), None
-        if output == run and _was_killed(former, sample, checkpoint, lock):
+        if output == run and _was_killed(former, sample, checkpoint):
             there = former.scene
             options.say(f"{run}: has been made longer before, by a command that was killed then")
         elif not options.overwrite and output == run:
@@ -197,10 +197,10 @@ def extend(
             )
 
 
-def _was_killed(former, sample, checkpoint, lock):
+def _was_killed(former, sample, checkpoint):
     """Whether this very command was killed after the longer result was in its place."""
     step, first = former.state.step, former.attributes.get("extended_from_step")
-    left = remove_left(checkpoint, former.scene) or lock.left.get("steps") == step
+    left = remove_left(checkpoint, former.scene)
     return left and first is not None and int(first) + sample == step
 
 
@@ -404,7 +404,8 @@ def _check_room(path, simulation, observers):
 def _write(path, scene, simulation, observers, measured, keeper, keeps, said):
     """Finish the files beside the result, and write that last: it says that all is there."""
     own = [observer for observer in observers if file_of(observer)]
-    if keeper and own:  # a kill before the result is there costs no trajectory
+    # A kill before the result is there costs no trajectory; one after it, no second extension.
+    if keeper and (own or "extended_from_step" in measured.attributes):
         said.append(keeper.save(simulation, observers))
     lost_frames = ""
     for observer in own:
