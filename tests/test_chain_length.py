@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.relaxation import power
+from dpd.analysis.diffusion import power
 from dpd.analysis.statistics import COVERAGE
 from dpd.report.figure_file import load_module
 from paper_figures.nikunen_2007.chain_lengths import crossover, end_effect

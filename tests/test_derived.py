@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.derive import derive
-from dpd.analysis.structure import closest_contact, peak
+from dpd.analysis.structure import closest_contact, derive, peak
 from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.pipeline.derived import read_derived, resolved, write_derived

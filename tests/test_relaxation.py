@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import dpd
-from dpd.analysis.diffusion import Resampled
-from dpd.analysis.relaxation import chain_dynamics, relaxation_time, straightness
+from dpd.analysis.diffusion import Resampled, chain_dynamics, relaxation_time, straightness
 
 FRICTION, STIFFNESS, CHAINS = 20.0, 2.0, 200
 # Beads that feel each other by a spring alone, and a bath: Rouse chains of two beads.

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.analysis.diffusion import Resampled
-from dpd.analysis.relaxation import relaxation_time
+from dpd.analysis.diffusion import Resampled, relaxation_time
 from dpd.analysis.statistics import block_mean_and_error, jackknife
 from dpd.analysis.structure import fall, rise
 

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from dpd.analysis.collect import save
-from dpd.analysis.derive import derive
+from dpd.analysis.structure import derive
 from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.pipeline.derived import resolved, write_derived

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.integrate import quad
 
-from dpd.analysis.pressure import excess_pressure
 from dpd.analysis.statistics import COVERAGE, linear_fit
+from dpd.analysis.structure import excess_pressure
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, ORANGE, panels, points
 from paper_figures.liu_2008.shared import CORES, at_radius

@@ -5,7 +5,7 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.relaxation import TEN, chain_dynamics, power
+from dpd.analysis.diffusion import TEN, chain_dynamics, power
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, ORANGE, Look, panels, points

@@ -4,18 +4,19 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene, padded
-from dpd.analysis.diffusion import diffusion_constant, displacements
-from dpd.analysis.published import shown_by
-from dpd.analysis.relaxation import (
+from dpd.analysis.diffusion import (
     DIFFUSES,
     SETTLED,
     chain_dynamics,
+    diffusion_constant,
+    displacements,
     end_to_end,
     in_tail,
     power,
     relaxation_time,
     straightness,
 )
+from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, linear_fit
 from dpd.analysis.structure import blocks_of
 from dpd.analysis.verdicts import Measured

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from dpd.analysis.diffusion import chain_dynamics, power
 from dpd.analysis.published import shown_by
-from dpd.analysis.relaxation import chain_dynamics, power
 from dpd.analysis.statistics import linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, Look, panels, points

@@ -5,8 +5,8 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.diffusion import chain_dynamics, power
 from dpd.analysis.published import shown_by
-from dpd.analysis.relaxation import chain_dynamics, power
 from dpd.analysis.statistics import COVERAGE, NONE_SEEN, interval
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, ORANGE, panels, points

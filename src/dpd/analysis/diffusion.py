@@ -1,7 +1,4 @@
-"""Functions of the time between two samples, with what they are without some of the data.
-
-Of mean-square displacements: local slopes, exponents, diffusion constants.
-"""
+"""How beads and chains move: displacements, exponents, D; end-to-end correlation, relaxation."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene, padded
-from dpd.analysis.statistics import jackknife_error, taped, widened_by
+from dpd.analysis.statistics import jackknife_error, linear_fit, taped, widened_by
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,6 +17,7 @@ if TYPE_CHECKING:
     Value = TypeVar("Value", bound=float | np.ndarray)
 
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
+FEWEST = 4  # lags that a line is fitted to
 TWO_BONDS = 4.0  # of the mean square bond length: where the subdiffusive window begins
 # What `subdiffusion` gives, with units: over lags, and one per point.
 CURVES = {
@@ -39,9 +37,22 @@ GROUPS = 20  # of molecules, left out in turn
 OVERLAP = 1.2
 DECADE = 10.0  # factor in time over which shared motion is measured
 
+TAIL_LOW, TAIL_HIGH = 0.15, 0.6  # of C(t) / C(0), where its slowest mode alone is left
+EARLY, LATE = (0.3, TAIL_HIGH), (TAIL_LOW, 0.4)  # parts of the tail
+TEN = 10.0  # relaxation times that a run has to last
+SETTLED = 2.0  # and to settle before: of a wrong R^2 at the start 2 to 14 % are left
+# Relaxation times between which D is taken, of chains of any length: a run of ten has these lags.
+DIFFUSES, LATER = (0.5, 1.0), (1.0, 2.0)
+# What `chain_dynamics` gives, with units.
+DYNAMICS = {
+    "tau": "tau", "tau_error": "tau", "diffusion": "r_c^2 / tau", "diffusion_error": "r_c^2 / tau",
+    "diffusion_later": "r_c^2 / tau", "diffusion_later_error": "r_c^2 / tau", "duration": "tau",
+    "long_enough": "1",
+}  # fmt: skip
+
 
 class Resampled(NamedTuple):
-    """A mean-square displacement or a correlation at some lags."""
+    """A mean-square displacement or a correlation at some lags, and without some of the data."""
 
     time: np.ndarray  # (lags,), in tau, increasing
     value: np.ndarray  # (lags,)
@@ -51,11 +62,10 @@ class Resampled(NamedTuple):
 
     @taped
     def derived(self, function: Callable[[np.ndarray], Value]) -> tuple[Value, float | np.ndarray]:
-        """A quantity, by a function of a (lags,) array of values, with its standard error.
+        """A function of the (lags,) values, with its standard error.
 
-        The larger of two jackknife errors: over molecules, and over parts of the runs, in which
-        what all molecules do together shows. Both count as independent, but for `OVERLAP`. NaN
-        where either is.
+        The larger of two jackknife errors, over molecules and over parts of the runs, both taken as
+        independent but for `OVERLAP`. NaN where either is.
         """
         molecules = jackknife_error([function(row) for row in self.without_molecules])
         parts = np.sqrt(OVERLAP) * jackknife_error([function(row) for row in self.without_part])
@@ -66,8 +76,11 @@ class Resampled(NamedTuple):
 
 def part_length(runs: xr.Dataset) -> float:
     """Length in tau of one of the parts that a run's sums are kept for."""
-    scene = first_scene(runs)
-    return scene.steps.sample * scene.dt / runs.sizes["part"]
+    return _duration(first_scene(runs)) / runs.sizes["part"]
+
+
+def _duration(scene):
+    return scene.steps.sample * scene.dt
 
 
 def resampled(
@@ -83,30 +96,21 @@ def resampled(
     """
     runs = runs.transpose("replica", "part", lag, members, ...)
     time, part = runs[times].isel(replica=0).values, part_length(runs)
-    seen = time <= reach * part * (1 + 1e-9)
-    time = time[seen]
+    seen = np.flatnonzero(time <= reach * part * (1 + 1e-9))
+    seen = seen[np.argsort(time[seen])]
     count, total = runs[counts].values[:, :, seen], runs[sums].values[:, :, seen]
-    order = np.argsort(time)
     single = runs[each].transpose("replica", members, lag).values[:, :, seen]
     weight = count.sum(axis=1)
     molecules = np.flatnonzero(np.isfinite(single[0]).all(axis=1))
-    groups = np.array_split(molecules, min(GROUPS, len(molecules)))
     without = []
     for replica in range(len(single)):
-        for group in groups:
+        for group in np.array_split(molecules, min(GROUPS, len(molecules))):
             means = single[:, molecules].mean(axis=1)
             means[replica] = single[replica, np.setdiff1d(molecules, group)].mean(axis=0)
             without.append((means * weight).sum(axis=0) / weight.sum(axis=0))
     all_sums, all_counts = total.sum(axis=(0, 1)), count.sum(axis=(0, 1))
-    parts = [
-        (all_sums - total[r, p]) / (all_counts - count[r, p])
-        for r in range(len(total))
-        for p in range(total.shape[1])
-    ]
-    found = Resampled(
-        time[order], (all_sums / all_counts)[order],
-        np.array(without)[:, order], np.array(parts)[:, order],
-    )  # fmt: skip
+    parts = ((all_sums - total) / (all_counts - count)).reshape(-1, len(seen))
+    found = Resampled(time[seen], all_sums / all_counts, np.array(without), parts)
     return _far(found, part * (1 + 1e-9)) if reach > 1 else found
 
 
@@ -131,15 +135,22 @@ def _far(found, part):
 
 
 def displacements(runs: xr.Dataset, kind: str, reach: float = 1.0) -> Resampled:
-    """Displacements in r_c^2 of the replicas of one point with ``displacement``, taken together.
+    """Mean-square displacements in r_c^2 of the replicas of one point with ``displacement``.
 
-    ``kind``: ``inner`` or ``centre``. ``reach``: length that lags may have, in tenths of the run,
-    see `resampled`.
+    ``kind``: ``inner`` or ``centre``. ``reach``: of lags, in tenths of the run, see `resampled`.
     """
     return resampled(
         runs, "lag", "molecule", "lag_time", f"msd_{kind}", f"msd_{kind}_sums", "lag_samples",
         reach,
     )  # fmt: skip
+
+
+def end_to_end(runs: xr.Dataset) -> tuple[Resampled, float]:
+    """<R(t) . R(0)> of the replicas of one point with ``end_to_end``, and <R^2>, in r_c^2."""
+    found = resampled(
+        runs, "end_lag", "chain", "end_lag_time", "end_correlation", "end_sums", "end_samples"
+    )
+    return found, float(runs.end_square.mean())
 
 
 def local_slope(time: np.ndarray, value: np.ndarray) -> np.ndarray:
@@ -166,61 +177,16 @@ def exponent(x: np.ndarray, y: np.ndarray) -> float:
     return float((weight * x * y).sum() / (weight * x * x).sum())
 
 
-class Exponent(NamedTuple):
-    """An exponent with its error, and the times between which the line was laid; or all NaN."""
-
-    value: float
-    error: float
-    first: float
-    last: float
-
-
-def exponent_between(found: Resampled, low: float, high: float) -> Exponent:
-    """Exponent of g ~ t^x where g lies between two values, in r_c^2; NaN below four lags."""
-    inside = (found.value >= low) & (found.value <= high)
-    if inside.sum() < 4:
-        return Exponent(*(np.nan,) * 4)
-    x = np.log(found.time[inside])
-    value, error = found.derived(lambda g: exponent(x, np.log(g[inside])))
-    first, *_, last = found.time[inside]
-    return Exponent(value, float(error), float(first), float(last))
-
-
-class LowestSlope(NamedTuple):
-    """The smallest local slope with its standard error, its time, and the displacement then."""
-
-    value: float
-    error: float
-    time: float
-    square: float
-
-
-def lowest_slope(found: Resampled) -> LowestSlope:
-    """Smallest local slope; all NaN if the slope falls to the end of the times that there are."""
-    slope = local_slope(found.time, found.value)
-    if not np.isfinite(slope).any():
-        return LowestSlope(*(np.nan,) * 4)
-    at, last = int(np.nanargmin(slope)), int(np.flatnonzero(np.isfinite(slope))[-1])
-    if found.time[at] > 0.5 * found.time[last]:
-        return LowestSlope(*(np.nan,) * 4)
-    value, error = found.derived(lambda g: local_slope(found.time, g)[at])
-    return LowestSlope(value, float(error), found.time[at], found.value[at])
-
-
 def diffusion_constant(
     found: Resampled, dimension: int, after: float, before: float = np.inf
 ) -> tuple[float, float]:
-    """D and its error from the slope of g = 2 d D t + c between two times.
-
-    NaN with fewer than four lags there.
-    """
+    """D and its error from the slope of g = 2 d D t + c between two times; NaN of few lags."""
     between = (found.time >= after) & (found.time <= before)
-    if between.sum() < 4:
+    if between.sum() < FEWEST:
         return np.nan, np.nan
-    time = found.time[between]
 
     def slope(g):
-        return np.polyfit(time, g[between], 1)[0] / (2 * dimension)
+        return np.polyfit(found.time[between], g[between], 1)[0] / (2 * dimension)
 
     value, error = found.derived(slope)
     return float(value), float(error)
@@ -258,25 +224,129 @@ def _named(name, unit):
 def _of_chains(at):
     """What `subdiffusion` finds at one point, by name."""
     inner, centre = (displacements(at, kind, HALF) for kind in ("inner", "centre"))
-    low = TWO_BONDS * float(at.bond_mean_square.mean())
-    high = float(at.gyration_square.mean())
-    window = exponent_between(inner, low, high)
-    lowest = lowest_slope(inner)
     scene = first_scene(at)
-    found = {
-        "time": inner.time, "exponent": window.value, "exponent_error": window.error,
-        "first": window.first, "last": window.last, "low": low, "high": high,
-        "lowest": lowest.value, "lowest_error": lowest.error, "lowest_time": lowest.time,
-        "lowest_square": lowest.square,
-        "duration": scene.steps.sample * scene.dt,
+    low, high = TWO_BONDS * float(at.bond_mean_square.mean()), float(at.gyration_square.mean())
+    found = dict.fromkeys(NUMBERS, np.nan) | {
+        "time": inner.time, "low": low, "high": high, "duration": _duration(scene),
         "box_edge": min(scene.box), "beads": max(scene.lengths),
         "friction": scene.data["thermostat"]["gamma"],
     }  # fmt: skip
+
+    def put(name, of, function):
+        found[name], found[f"{name}_error"] = of.derived(function)
+
+    window = (inner.value >= low) & (inner.value <= high)
+    if window.sum() >= FEWEST:
+        within = inner.time[window]
+        found["first"], found["last"] = within[0], within[-1]
+        put("exponent", inner, lambda g: exponent(np.log(within), np.log(g[window])))
     slope = partial(local_slope, inner.time)
-    for name, (value, error) in {
-        "inner": inner.derived(lambda g: g),
-        "centre": centre.derived(lambda g: g),
-        "slope": inner.derived(slope),
-    }.items():
-        found[name], found[f"{name}_error"] = value, error
+    here = slope(inner.value)
+    seen = np.flatnonzero(np.isfinite(here))
+    # None is the smallest where the slope falls to the end of the times that there are.
+    if len(seen) and inner.time[k := int(np.nanargmin(here))] <= 0.5 * inner.time[seen[-1]]:
+        put("lowest", inner, lambda g: slope(g)[k])
+        found["lowest_time"], found["lowest_square"] = inner.time[k], inner.value[k]
+    put("inner", inner, lambda g: g)
+    put("centre", centre, lambda g: g)
+    put("slope", inner, slope)
     return found
+
+
+def in_tail(share: np.ndarray, low: float = TAIL_LOW, high: float = TAIL_HIGH) -> np.ndarray:
+    """Whether each lag lies in the tail, given C(t) / C(0) by increasing lag.
+
+    The first lag below the tail ends it, whatever noise does later.
+    """
+    return (share < high) & (np.minimum.accumulate(share) > low)
+
+
+def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
+    """tau of exp(-t / tau), and its error, from the straight part of ln C(t).
+
+    Lags reach to a tenth of a run, so the tail is cut at C(t) / C(0) = 0.30 where a run lasts for
+    ten tau. Of ideal chains, tau comes out 0.9 % too small there, and 0.4 % with the whole tail.
+    NaN where C(t) has fewer than four lags in the tail.
+    """
+    inside = in_tail(found.value / square)
+    if inside.sum() < FEWEST:
+        return np.nan, np.nan
+    value, error = found.derived(lambda c: _tau(found.time, c, inside))
+    return float(value), float(error)
+
+
+def straightness(found: Resampled, square: float) -> tuple[float, float]:
+    """tau from the early part of the tail over tau from its late part, with its error.
+
+    1 of an exponential; NaN where a part has fewer than four lags.
+    """
+    early, late = (in_tail(found.value / square, *limits) for limits in (EARLY, LATE))
+    if min(early.sum(), late.sum()) < FEWEST:
+        return np.nan, np.nan
+    value, error = found.derived(lambda c: _tau(found.time, c, early) / _tau(found.time, c, late))
+    return float(value), float(error)
+
+
+def _tau(time, correlation, inside):
+    """From a straight line through ln C(t) at some lags."""
+    return -1.0 / np.polyfit(time[inside], np.log(np.maximum(correlation[inside], 1e-9)), 1)[0]
+
+
+def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
+    """Relaxation times and diffusion constants over chain length, `DYNAMICS`.
+
+    ``diffusion`` is from lags of half a tau to one, ``diffusion_later`` the same at one tau to two
+    where the run has them; ``long_enough`` is 1 where ``duration`` of a run is ten tau or more,
+    after two or more to settle. ``sweep``: with the axes ``length`` and ``replica``.
+    """
+    rows = []
+    for length in sweep.length.values:
+        at = sweep.sel(length=length)
+        scene = first_scene(at)
+        duration, before = _duration(scene), scene.steps.equilibrate * scene.dt
+        tau, tau_error = relaxation_time(*end_to_end(at))
+        enough = duration >= TEN * tau and before >= SETTLED * tau
+        constant = later = (np.nan, np.nan)
+        if enough:
+            centre = displacements(at, "centre")
+            constant, later = (
+                diffusion_constant(centre, scene.dimension, low * tau, high * tau)
+                for low, high in (DIFFUSES, LATER)
+            )
+            if duration < TEN * LATER[1] * tau:
+                later = (np.nan, np.nan)
+        rows.append((tau, tau_error, *constant, *later, duration, float(enough)))
+    data = xr.Dataset(coords={"length": sweep.length.astype(float)})
+    for (name, unit), column in zip(DYNAMICS.items(), np.array(rows).T):
+        data[name] = ("length", column, _named(name, unit))
+    return data
+
+
+class Power(NamedTuple):
+    """value ~ N^exponent, as ln value = height + exponent ln N."""
+
+    exponent: float
+    error: float
+    height: float
+    p_value: float  # probability of points that lie worse about the law, if it is right
+
+
+def power(
+    length: np.ndarray, value: np.ndarray, error: np.ndarray, low: float, high: float,
+    exponent: float | None = None,
+) -> Power:  # fmt: skip
+    """Exponent of value ~ N^x for low <= N <= high, of (n,) lengths, values and standard errors.
+
+    ``exponent``: given, it is not fitted. NaN with fewer than three lengths, as any two lie on a
+    power law; with a given exponent one is enough.
+    """
+    use = (length >= low) & (length <= high) & np.isfinite(value) & (error > 0)
+    if use.sum() < (3 if exponent is None else 1):
+        return Power(*(np.nan,) * 4)
+    x, y, spread = np.log(length[use]), np.log(value[use]), error[use] / value[use]
+    if exponent is not None:
+        fit = linear_fit([np.ones_like(x)], y - exponent * x, spread)
+        return Power(exponent, 0.0, float(fit.values[0]), fit.p_value)
+    fit = linear_fit([np.ones_like(x), x], y, spread)
+    (height, free), (_, free_error) = fit.values, fit.errors
+    return Power(float(free), float(free_error), float(height), fit.p_value)

@@ -1,15 +1,20 @@
-"""What g(r) says: the place of its first peak, and how close beads come."""
+"""Fluids at rest: g(r), its first peak, how close beads come; the excess pressure of sweeps."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import xarray as xr
 
-from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import block_mean_and_error, over_replicas
+from dpd.errors import UserError, suggestion
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from collections.abc import Mapping, Sequence
+
+    from dpd.analysis.collect import Sweep
 
 
 FLANK = 4.0  # over and under a level, what counts as near it
@@ -17,6 +22,8 @@ AROUND = 0.15  # r_c on either side of a peak, for the cubic through it
 TURNS, CLOSE = 50, 1e-7  # of the fit about its own maximum, until that moves by less, in r_c
 LEAST_BINS = 8  # that a cubic is laid through
 SHARE = 2 / 3  # of the way from a peak to a kink of g(r): as far as a cubic may reach
+CONTACT_BEADS = 20_000  # in whose configurations closest contacts are defined
+DIGITS = 6  # of a derived value: rounding must not make runs anew
 
 
 def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) -> float:
@@ -57,9 +64,6 @@ def contact(r: np.ndarray, g: np.ndarray) -> float:
     return r[seen[0]] - 0.5 * (r[1] - r[0]) if len(seen) else np.nan
 
 
-CONTACT_BEADS = 20_000  # in whose configurations closest contacts are defined
-
-
 class Contact(NamedTuple):
     """The distance of closest contact, its standard error, and why it is none, if so."""
 
@@ -94,23 +98,60 @@ def closest_contact(at: xr.Dataset) -> Contact:
     return Contact(float(value), float(error), undecided, float(middle))
 
 
+def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:
+    """Derived values of all points of a sweep, rows of `dpd.pipeline.derived.write_derived`.
+
+    ``sources``: the sweeps, collected or calculated, that ``sweep.derived`` names.
+    """
+    names = [axis.name for axis in sweep.axes[:-1]]
+    rows = []
+    for point in sweep.points:
+        for rule in sweep.derived:
+            source = sources[rule.source]
+            at = source.sel({n: v for n, v in zip(names, point.labels) if n in source.dims})
+            try:
+                value = _measured(at, rule.quantity)
+            except UserError as problem:
+                raise UserError(f"sweep {rule.source}: {problem}") from None
+            rows.append({
+                "point": point.name,
+                "key": rule.key,
+                "value": f"{value:.{DIGITS}g}",
+                "from": f"{rule.quantity} of {rule.source}",
+            })  # fmt: skip
+    return rows
+
+
+def _measured(at, quantity):
+    """What one point of a sweep has measured or calculated; other axes have one value each."""
+    calculated = "point_digest" in at
+    axes = at["point_digest" if calculated else "kT"].dims
+    at = at.isel({axis: 0 for axis in axes if axis != "replica"})
+    if not calculated:  # `dpd.pipeline.paper.MEASURED` has no other quantity
+        scene = first_scene(at)
+        samples = scene.steps.sample // scene.observe["rdf"].every
+        if samples != at.sizes["block"]:
+            raise UserError(
+                f"observe.rdf.every: {samples} configurations in {at.sizes['block']} blocks; "
+                "closest_contact looks at single ones: sample at most that many"
+            )
+        return closest_contact(at).bin  # as the paper reads it
+    numbers = [name for name in at.data_vars if name != "point_digest" and not at[name].dims]
+    if quantity not in numbers:
+        raise UserError(f"no number {quantity!r} is calculated; {suggestion(quantity, numbers)}")
+    return float(at[quantity])
+
+
 def rise(r: np.ndarray, g: np.ndarray, level: float = 0.05) -> float:
     """Distance at which g(r) first reaches a level, by `on_flank`."""
     above = int(np.argmax(g >= level))
-    if above == 0:
-        return float(r[0])
-    return on_flank(r, g, above - 1, above, level)
+    return float(r[0]) if above == 0 else on_flank(r, g, above - 1, above, level)
 
 
 def fall(length: np.ndarray, density: np.ndarray, level: float = 0.05) -> float:
-    """Length at which a density last falls to a level, by `on_flank`.
-
-    NaN where it does not fall within the bins.
-    """
+    """Length at which a density last falls to a level; NaN where it does not within the bins."""
     last = int(np.flatnonzero(density >= level)[-1])
-    if last + 1 == len(density):
-        return np.nan
-    return on_flank(length, density, last, last + 1, level)
+    return np.nan if last + 1 == len(density) else on_flank(length, density, last, last + 1, level)
 
 
 def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) -> float:
@@ -121,13 +162,10 @@ def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) 
     level, weighted by y, as counts are. With fewer than five of them ln y is taken as straight
     between the two bins, and where one of those is empty, y is.
     """
-    near = (y > level / FLANK) & (y < level * FLANK)
+    far = np.flatnonzero((y <= level / FLANK) | (y >= level * FLANK))
     # The stretch about the level, without what lies within the factor elsewhere.
-    low, high = left, right
-    while low >= 0 and near[low]:
-        low -= 1
-    while high < len(y) and near[high]:
-        high += 1
+    low = max(far[far <= left], default=-1)
+    high = min(far[far >= right], default=len(y))
     part = slice(low + 1, high)
     if high - low - 1 >= 5:
         middle = 0.5 * (x[left] + x[right])
@@ -161,11 +199,36 @@ def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
 def blocks_of(variable: xr.DataArray, since: float = 0.0) -> np.ndarray:
     """Blocks of all replicas of one point, (blocks, ...); those that a run has not are left out.
 
-    ``variable``: with the dimensions replica and block; where the observables of a run differ in
-    their number of blocks, a sweep has block_18 or the like. ``since``: share of the blocks that is
-    left out at the beginning.
+    ``variable``: with the dimensions replica and block, or block_18 or the like where observables
+    of a run differ in their number. ``since``: share of them that is left out at the beginning.
     """
     axis = next(name for name in variable.dims if str(name).startswith("block"))
     late = variable.isel({axis: slice(int(since * variable.sizes[axis]), None)})
     blocks = late.stack(part=("replica", axis)).transpose("part", ...).values
     return blocks[np.isfinite(blocks).all(axis=tuple(range(1, blocks.ndim)))]
+
+
+def excess_pressure(sweeps: Sequence[xr.Dataset], axis: str = "repulsion") -> xr.Dataset:
+    """Excess pressure of several sweeps over an axis and density, as one dataset.
+
+    ``axis``: ``repulsion``, or another one where all have the same repulsion. Result: ``excess``
+    with ``excess_error``, NaN where no run was made; ``scaled`` and ``scaled_error`` are divided by
+    a rho^2.
+    """
+    along, parts = (axis, "density"), []
+    for sweep in sweeps:
+        found = over_replicas(
+            sweep.excess_conservative.values, sweep.excess_conservative_error.values, -1
+        )
+        named = {name: (along, each) for name, each in zip(("excess", "excess_error"), found)}
+        parts.append(xr.Dataset(named, {name: sweep[name].astype(float) for name in along}))
+    data = xr.concat(parts, axis, join="outer").sortby(axis)
+    scene = first_scene(sweeps[0])
+    repulsion = data.repulsion if axis == "repulsion" else scene.data["repulsion"]["A A"]
+    scale = repulsion * data.density**2
+    data["scaled"], data["scaled_error"] = data.excess / scale, data.excess_error / scale
+    d = scene.dimension
+    for name, unit in (("excess", f"kT / r_c^{d}"), ("scaled", f"r_c^{d + 1}")):
+        data[name].attrs = {"units": unit, "long_name": f"{name} pressure, conservative virial"}
+        data[f"{name}_error"].attrs = {"units": unit, "long_name": "standard error"}
+    return data

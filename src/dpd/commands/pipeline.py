@@ -187,7 +187,7 @@ def collect(options: Namespace) -> None:
 def derive(options: Namespace) -> None:
     """Find values of a sweep's scenes that other sweeps measure."""
     from dpd.analysis.collect import load
-    from dpd.analysis.derive import derive
+    from dpd.analysis.structure import derive
     from dpd.pipeline.derived import write_derived
 
     sweep = _sweep(options)

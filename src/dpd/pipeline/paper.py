@@ -31,7 +31,7 @@ KEY = r"^[a-z][a-z0-9_]{0,79}$"
 NAMES[KEY] = "small letters, digits and _, up to 80"
 Key = Annotated[str, Field(pattern=KEY)]
 Measurement = Literal["lammps", "scaling", "schemes", "features", "tension"]
-MEASURED = ("closest_contact",)  # of a sweep that is simulated, see `dpd.analysis.derive`
+MEASURED = ("closest_contact",)  # of a sweep that is simulated, see `structure.derive`
 
 
 class Sampling(Section):
