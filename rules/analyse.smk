@@ -26,13 +26,12 @@ rule collect:
         " --runs {params.runs:q} {params.derived:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
-# A sweep of theory: one job for all points, which take milliseconds each. It finds in its former
-# file what has not changed (`update` keeps Snakemake from deleting that).
+# A sweep of theory: one job for all points, which take milliseconds each.
 if CALCULATED:
 
     rule calculate:
         output:
-            update(OUT.sweep("{paper}", "{sweep}")),
+            OUT.sweep("{paper}", "{sweep}"),
         log:
             OUT.log("{paper}", "sweeps", "{sweep}"),
         params:

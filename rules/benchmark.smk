@@ -20,7 +20,7 @@ rule measure:
 
 rule benchmark:
     input:
-        jobs.page_sources(OUT, [PAPERS["benchmark"]]),
+        OUT.sources_of_page([PAPERS["benchmark"]]),
     output:
         page=update(OUT.benchmark()),  # see rules/report.smk
         stamp=touch(OUT.log("benchmark", kind="made")),

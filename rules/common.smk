@@ -81,13 +81,16 @@ def derived_of(wildcards):
 
 def derived_from(wildcards):
     """The sweeps that measure them."""
-    return jobs.derived_from(OUT, wildcards.paper, sweep_of(wildcards))
+    sources = sorted({rule.source for rule in sweep_of(wildcards).derived})
+    return [OUT.sweep(wildcards.paper, source) for source in sources]
 
 
 def data_of_figure(wildcards):
     """Sweeps and measurements that feed a figure."""
-    paper, figure = wildcards.paper, wildcards.figure
-    return jobs.data_of_figure(OUT, paper, PAPERS[paper].figures[figure])
+    paper = wildcards.paper
+    figure = PAPERS[paper].figures[wildcards.figure]
+    measured = [OUT.measurement(paper, name) for name in figure.measurements]
+    return [OUT.sweep(paper, name) for name in figure.sweeps] + measured
 
 
 def results_folder(wildcards):

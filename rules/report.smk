@@ -5,7 +5,7 @@
 
 rule join_verdicts:
     input:
-        jobs.verdicts_of(OUT, REPORTED.values()),
+        OUT.tables_of(REPORTED.values()),
     output:
         table=report(update(VERDICTS), category="verdicts"),
         stamp=touch(STAMPS[0]),
@@ -18,7 +18,7 @@ rule join_verdicts:
 
 rule write_report:
     input:
-        jobs.page_sources(OUT, REPORTED.values()),
+        OUT.sources_of_page(REPORTED.values()),
         archived=archived_verdicts(),
     output:
         page=update(REPORT),

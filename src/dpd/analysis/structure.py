@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
@@ -98,8 +99,8 @@ def closest_contact(at: xr.Dataset) -> Contact:
     return Contact(float(value), float(error), undecided, float(middle))
 
 
-def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> list[dict[str, str]]:
-    """Derived values of all points of a sweep, rows of `dpd.pipeline.derived.write_derived`.
+def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+    """Derived values of all points of a sweep; as CSV it is what `resolved` of the pipeline reads.
 
     ``sources``: the sweeps, collected or calculated, that ``sweep.derived`` names.
     """
@@ -113,20 +114,16 @@ def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> list[dict[str, st
                 value = _measured(at, rule.quantity)
             except UserError as problem:
                 raise UserError(f"sweep {rule.source}: {problem}") from None
-            rows.append({
-                "point": point.name,
-                "key": rule.key,
-                "value": f"{value:.{DIGITS}g}",
-                "from": f"{rule.quantity} of {rule.source}",
-            })  # fmt: skip
-    return rows
+            said = f"{rule.quantity} of {rule.source}"
+            rows.append((point.name, rule.key, f"{value:.{DIGITS}g}", said))
+    return pd.DataFrame(rows, columns=["point", "key", "value", "from"])
 
 
 def _measured(at, quantity):
     """What one point of a sweep has measured or calculated; other axes have one value each."""
-    calculated = "point_digest" in at
-    axes = at["point_digest" if calculated else "kT"].dims
-    at = at.isel({axis: 0 for axis in axes if axis != "replica"})
+    calculated = "calculation" in at.attrs
+    axes = at.axes.split() if calculated else at["kT"].dims
+    at = at.isel({axis: 0 for axis in axes if axis in at.dims and axis != "replica"})
     if not calculated:  # `dpd.pipeline.paper.MEASURED` has no other quantity
         scene = first_scene(at)
         samples = scene.steps.sample // scene.observe["rdf"].every
@@ -136,7 +133,7 @@ def _measured(at, quantity):
                 "closest_contact looks at single ones: sample at most that many"
             )
         return closest_contact(at).bin  # as the paper reads it
-    numbers = [name for name in at.data_vars if name != "point_digest" and not at[name].dims]
+    numbers = [name for name in at.data_vars if not at[name].dims]
     if quantity not in numbers:
         raise UserError(f"no number {quantity!r} is calculated; {suggestion(quantity, numbers)}")
     return float(at[quantity])

@@ -188,14 +188,13 @@ def derive(options: Namespace) -> None:
     """Find values of a sweep's scenes that other sweeps measure."""
     from dpd.analysis.collect import load
     from dpd.analysis.structure import derive
-    from dpd.pipeline.derived import write_derived
 
     sweep = _sweep(options)
     if not sweep.derived:
         raise UserError(f"sweep {sweep.name}: nothing is derived; see 'derive' in config/README.md")
     paths = _data(options, {rule.source for rule in sweep.derived})
     sources = {name: load(path) for name, path in paths.items()}
-    write_derived(derive(sweep, sources), options.output)
+    _write(options.output, derive(sweep, sources).to_csv(index=False))
 
 
 def _data(options: Namespace, names: Collection[str]) -> dict[str, Path]:
@@ -211,7 +210,7 @@ def _data(options: Namespace, names: Collection[str]) -> dict[str, Path]:
 
 @command("study", "paper", "sweep", output="sweep.nc")
 def calculate(options: Namespace) -> None:
-    """Calculate a sweep of theory; of a former file only what changed."""
+    """Calculate a sweep of theory."""
     from dpd.analysis.collect import save
     from dpd.files import check_room
     from dpd.pipeline.theory import calculate
@@ -226,9 +225,8 @@ def calculate(options: Namespace) -> None:
     sweep = paper.theory[options.sweep]
     check_room(options.output, LITTLE)
     with Progress(len(sweep.points), f"{sweep.name}") as progress:
-        data = calculate(sweep, options.output, progress)
+        data = calculate(sweep, progress)
     save(data, options.output)
-    print(f"points: {len(sweep.points)}, of which calculated now: {data.points_calculated}")
 
 
 @command("name", output="name.nc")

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 from dpd.start import BYTES_PER_BEAD, start_digest, start_is_shared
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
-    from dpd.pipeline.paper import Figure, Paper
-    from dpd.pipeline.paths import Results
+    from dpd.pipeline.paper import Paper
     from dpd.pipeline.sweep import Point, Sweep
     from dpd.scene.scene import Scene
 
@@ -37,36 +36,6 @@ def waiting_for_starts(paper: Paper) -> dict[str, list[tuple[str, Point]]]:
             if start_is_shared(point.scene):
                 waiting.setdefault(start_digest(point.scene), []).append((sweep.name, point))
     return waiting
-
-
-def derived_from(results: Results, paper: str, sweep: Sweep) -> list[str]:
-    """The sweeps that measure values for a sweep."""
-    sources = {rule.source for rule in sweep.derived}
-    return [results.sweep(paper, source) for source in sorted(sources)]
-
-
-def data_of_figure(results: Results, paper: str, figure: Figure) -> list[str]:
-    """Sweeps and measurements that feed a figure."""
-    return [results.sweep(paper, name) for name in figure.sweeps] + [
-        results.measurement(paper, name) for name in figure.measurements
-    ]
-
-
-def verdicts_of(results: Results, papers: Iterable[Paper]) -> list[str]:
-    """Verdict tables of all figures of some papers."""
-    return [results.figure(paper.name, f, "csv") for paper in papers for f in paper.figures]
-
-
-def page_sources(results: Results, papers: Iterable[Paper]) -> list[str]:
-    """All that a page on some papers is made from."""
-    papers = list(papers)
-    files = verdicts_of(results, papers)
-    for paper in papers:
-        for figure in paper.figures:
-            files += [results.figure(paper.name, figure, kind) for kind in ("png", "html", "nc")]
-        files += [results.sweep(paper.name, sweep) for sweep in (*paper.sweeps, *paper.theory)]
-        files += [results.measurement(paper.name, name) for name in paper.measurements]
-    return files
 
 
 def priorities(

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING
 from dpd.digest import ROOT
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Iterable
     from pathlib import Path
+
+    from dpd.pipeline.paper import Paper
 
 RESULTS = "results"
 LONG_STUDY = "paper"  # kept in git with its figures; its values stand beside those of every study
@@ -98,6 +100,20 @@ class Results:
     def verdicts(self, suffix: str = "") -> str:
         """The verdict table of a study."""
         return f"{self.folder}/verdicts{suffix}.csv"
+
+    def tables_of(self, papers: Iterable[Paper]) -> list[str]:
+        """Verdict tables of all figures of some papers."""
+        return [self.figure(paper.name, f, "csv") for paper in papers for f in paper.figures]
+
+    def sources_of_page(self, papers: Iterable[Paper]) -> list[str]:
+        """All that a page on some papers is made from."""
+        found = []
+        for paper in papers:
+            for figure in paper.figures:
+                found += [self.figure(paper.name, figure, k) for k in ("csv", "png", "html", "nc")]
+            found += [self.sweep(paper.name, sweep) for sweep in (*paper.sweeps, *paper.theory)]
+            found += [self.measurement(paper.name, name) for name in paper.measurements]
+        return found
 
     def benchmark(self) -> str:
         """The page on the benchmark."""

@@ -69,11 +69,9 @@ def _rates(study, paper, sweep):
 
 
 def _seconds_of_theory(path):
-    """How long a calculation took; NaN if there is none, or it found all in its former file."""
-    with suppress(UserError, KeyError):
-        about = files.attributes(path)
-        if about["points_calculated"]:
-            return float(about["seconds"])
+    """How long a calculation took; NaN if there is none."""
+    with suppress(UserError, AttributeError):
+        return float(files.attribute(path, "seconds"))
     return np.nan
 
 

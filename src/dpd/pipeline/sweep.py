@@ -148,8 +148,8 @@ class SweepFile(Section):
     theory: dict[Any, Any] | None = setting(
         "What is calculated where nothing is simulated: one calculation of the paper's own, which "
         "is a class in paper_figures/PAPER/calculations.py, with its arguments. Such a sweep has "
-        "`axes` alone beside it. All points come together in sweeps/NAME.nc, as those of runs do; "
-        "a point is calculated anew only if its arguments or the sources change.", None,
+        "`axes` alone beside it. All points come together in sweeps/NAME.nc, as those of runs do.",
+        None,
     )  # fmt: skip
     replicas: int = setting(
         "Number of runs of each point, each with a seed of its own.", 1, ge=1, le=1000

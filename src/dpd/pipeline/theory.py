@@ -1,19 +1,16 @@
 """A sweep of theory: its points are calculated, all in one job, and nothing is simulated for it.
 
-Its file has the axes and the variables of a collected sweep. It also has a digest for each point,
-so that only points whose arguments changed are calculated again.
+Its file has the axes and the variables of a collected sweep.
 """
 
 from __future__ import annotations
 
 import sys
 import time
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -30,22 +27,14 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-DIGEST = "point_digest"
 
-
-@dataclass(frozen=True)
-class TheoryPoint:
+class TheoryPoint(NamedTuple):
     """One point: its name, its place on the axes, and what is calculated there."""
 
     name: str
     labels: tuple
     calculation: Calculation
     where: str
-
-    @property
-    def digest(self) -> str:
-        """Of the arguments."""
-        return value_digest(self.calculation.plain())
 
 
 @dataclass(frozen=True)
@@ -65,7 +54,7 @@ class TheorySweep:
     @property
     def digest(self) -> str:
         """Of the calculation, the axes and all points."""
-        points = [(point.name, point.digest) for point in self.points]
+        points = [(p.name, value_digest(p.calculation.plain())) for p in self.points]
         axes = [(axis.name, axis.units, axis.long_name) for axis in self.axes]
         return value_digest([self.calculation, axes, points])
 
@@ -117,23 +106,19 @@ def _key_of(theory, known, key):
     return next(iter(theory))
 
 
-def calculate(
-    sweep: TheorySweep, path: str | Path, progress: Callable[[int], None] | None = None
-) -> xr.Dataset:
+def calculate(sweep: TheorySweep, progress: Callable[[int], None] | None = None) -> xr.Dataset:
     """Calculate a sweep: dimensions are its axes, and those of arrays that are calculated.
 
-    Points that a former file at ``path`` has are taken from there if the sources as they are have
-    made it. ``progress`` is called with the number of points done. A point without a solution is
-    refused with its name and why.
+    ``progress`` is called with the number of points done. A point without a solution is refused
+    with its name and why.
     """
     import xarray as xr
 
-    begun = time.perf_counter()
-    former, found = _former(sweep, path), []
-    for done, point in enumerate(sweep.points):
-        found.append(former.get(point.digest) or _calculated(point))
+    begun, found = time.perf_counter(), []
+    for done, point in enumerate(sweep.points, 1):
+        found.append(_calculated(point))
         if progress is not None:
-            progress(done + 1)
+            progress(done)
     names = [axis.name for axis in sweep.axes]
     shape = [len(axis.labels) for axis in sweep.axes]
     data = xr.Dataset()
@@ -147,16 +132,13 @@ def calculate(
             continue
         values = np.array([point[name].value for point in found])
         data[name] = ((*names, *first.dims), values.reshape((*shape, *values.shape[1:])), about)
-    digests = np.reshape([point.digest for point in sweep.points], shape)
-    data[DIGEST] = (names, digests, {"units": "1", "long_name": "digest of the arguments"})
-    made = sum(point.digest not in former for point in sweep.points)
     data.attrs = {
         "sweep": sweep.name,
         "calculation": sweep.calculation,
+        "axes": " ".join(names),
         "description": _description(sweep),
         "sources": calculation_sources(sweep.paper),
         "points": sweep.digest,
-        "points_calculated": made,
         "seconds": time.perf_counter() - begun,
     }
     return data
@@ -173,37 +155,6 @@ def _calculated(point: TheoryPoint) -> dict[str, Quantity]:
     except Exception as problem:  # whatever a paper's own file may raise
         said = explained(problem, type(calculation))
         raise UserError(f"{point.where}: {calculation.key}: calculations.py: {said}") from None
-
-
-def _former(sweep, path):
-    """Points of a file that the same calculation and sources have made, by digest."""
-    from dpd.analysis.collect import load
-
-    if not Path(path).is_file():
-        return {}
-    with suppress(UserError, KeyError):  # a damaged file is made anew
-        data = load(path)
-        made_by = data.attrs["calculation"], data.attrs["sources"]
-        if made_by == (sweep.calculation, calculation_sources(sweep.paper)):
-            axes = data[DIGEST].dims
-            flat = data.stack(point=axes) if axes else data.expand_dims("point")
-            return {
-                str(flat[DIGEST].values[k]): _quantities(flat.isel(point=k), axes)
-                for k in range(flat.sizes["point"])
-            }
-    return {}
-
-
-def _quantities(at, axes):
-    """One point of a file as its calculation gave it."""
-    names = [name for name in at.variables if name not in (*axes, DIGEST, "point")]
-    return {
-        str(name): Quantity(
-            at[name].values if at[name].dims else float(at[name]),
-            at[name].attrs["units"], at[name].attrs["long_name"], tuple(map(str, at[name].dims)),
-        )
-        for name in names
-    }  # fmt: skip
 
 
 def _description(sweep):

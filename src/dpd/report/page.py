@@ -17,7 +17,6 @@ from PIL import Image
 from dpd.analysis.collect import load
 from dpd.analysis.verdicts import KINDS, NOT_REACHED, SIMULATED, VERDICTS
 from dpd.files import attribute, replace_whole
-from dpd.pipeline.jobs import verdicts_of
 from dpd.pipeline.paths import Results
 from dpd.report.figures import joined, read_verdicts
 from dpd.report.text import label, typeset, whole, with_error, with_range
@@ -51,7 +50,7 @@ def write_page(
     this one.
     """
     results = Results(str(folder))
-    table = joined(map(read_verdicts, verdicts_of(results, papers)))
+    table = joined(map(read_verdicts, results.tables_of(papers)))
     rows = verdict_rows(table, None if archived is None else read_verdicts(archived))
     long_study = ""
     if archived is not None and any(row["archived"] for row in rows):
