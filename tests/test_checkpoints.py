@@ -181,7 +181,7 @@ def test_a_result_that_cannot_be_written_is_not_lost(folder, dpd):
     os.remove("run.nc")
     with files_up_to(size // 2):
         code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
-    assert code == 1 and "run.nc: cannot be written (File too large)" in errors
+    assert code == 1 and "run.nc: cannot be written (" in errors
     assert "Traceback" not in errors
     assert len(errors.splitlines()) == 1
     assert sorted(os.listdir()) in (["run.checkpoint", "scene.yaml"], ["scene.yaml"])

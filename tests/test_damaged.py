@@ -101,10 +101,10 @@ def test_a_sweep_of_the_report_that_is_damaged(folder, dpd, name):
 
 @pytest.mark.parametrize("size", [0, 20_000])
 def test_a_sweep_that_cannot_be_written(tmp_path, size):
-    """The system's own reason, and no draft."""
+    """In a sentence, and without a draft."""
     path = tmp_path / "sweep.nc"
     large = xr.Dataset({"kT": ("a", np.random.default_rng(1).random(50_000))})
-    with files_up_to(size), pytest.raises(UserError, match="File too large"):
+    with files_up_to(size), pytest.raises(UserError, match="is the disk full"):
         save(large, path)
     assert list(tmp_path.iterdir()) == []
 

@@ -63,7 +63,7 @@ OUTPUTS = {
 BESIDE = {
     "checkpoint is a text": (lambda: Path("run.checkpoint").write_text("a: 1"), "run.nc"),
     "lock is a text": (lambda: Path("run.nc.lock").write_text("mine"), "run.nc"),
-    "too long for a checkpoint": (None, "r" * 235 + ".nc"),
+    "too long": (None, "r" * 250 + ".nc"),
 }
 STAGES = {
     "run": ("run", "scene.yaml"),

@@ -146,7 +146,7 @@ def test_what_is_wrong_is_told_with_its_line(folder, change, said):
 
 def test_settings_and_refusals_are_those_of_any_page(folder):
     """Bounds, unknown keys, names that are near, and changes that it has said nothing of."""
-    with pytest.raises(UserError, match=r"observe\.neighbours\.within: 9 is out of .*: <= 5"):
+    with pytest.raises(UserError, match=r"neighbours\.within: 9 should be less than .* 5"):
         Scene(SCENE | {"pages": ["mine.py"], "observe": [{"neighbours": {"within": 9}}]})
     with pytest.raises(UserError, match="did you mean 'neighbours'"):
         Scene(SCENE | {"pages": ["mine.py"], "observe": ["neighbour"]})

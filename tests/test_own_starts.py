@@ -116,7 +116,7 @@ def test_one_that_takes_long_has_a_job_of_its_own(folder):
 def test_settings_are_those_of_any_page(folder):
     """Bounds, unknown keys, names that are near, settings of another method."""
     for start, said in (
-        ({"step": 9}, "start.step: 9 is out of range; allowed: <= 5"),
+        ({"step": 9}, "start.step: 9 should be less than or equal to 5"),
         ({"method": "lin"}, "start.method: 'lin' is not known; allowed: file, polymerize, random, "
          "slabs, line; did you mean 'line'?"),
         ({"method": "slabs"}, "start.step: has no effect with method 'slabs'; take 'method: line'"),

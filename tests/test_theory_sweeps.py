@@ -67,7 +67,7 @@ def test_a_sweep_without_axes():
     [
         ({"monomer": {}}, "no calculation 'monomer'; .*did you mean 'monomer_fluid'"),
         ({}, "need one calculation; allowed: monomer_fluid"),
-        ({"monomer_fluid": {"density": 0, "repulsion": 1}}, "density: 0 is out of range"),
+        ({"monomer_fluid": {"density": 0, "repulsion": 1}}, "density: 0 should be greater than"),
         ({"monomer_fluid": {"density": 3, "repulsion": 1, "a": 2}}, "unknown key 'a'; allowed: de"),
     ],
 )

@@ -161,7 +161,7 @@ def test_a_file_of_somebody_else_is_refused(folder, dpd):
             make()
             code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
             assert code == 1 and errors.startswith(f"error: {name}: "), errors
-            assert re.search("did not write it; move it away|is a folder", errors)
+            assert re.search("did not write it; move it away|is no file", errors)
             assert sorted(os.listdir()) == sorted(["other.gsd", "scene.yaml", name])
             shutil.rmtree(name) if os.path.isdir(name) else os.unlink(name)
 

@@ -56,11 +56,8 @@ def reason(problem: BaseException) -> str:
 
 def remedy(problem: BaseException, folder: str | Path) -> str:
     """What to do where the system did not let us write into a folder."""
-    number, what = getattr(problem, "errno", None), f"make {folder} writable"
-    if number in (errno.ENOSPC, errno.EDQUOT):
-        what = "make room there"
-    elif number == errno.ELOOP:
-        what = "remove the link that lies there"
+    is_full = getattr(problem, "errno", None) in (errno.ENOSPC, errno.EDQUOT)
+    what = "make room there" if is_full else f"make {folder} writable"
     return f"{what} or choose another place"
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
-import stat
 import threading
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -29,7 +27,6 @@ if TYPE_CHECKING:
 
 ONE_AT_A_TIME = threading.RLock()  # see `opened`
 TEMPORARY: set[Path] = set()  # drafts and locks, of no use once this process has ended
-OVERHEAD = 2**16  # bytes of a NetCDF file beside its arrays, or more
 
 
 def write(
@@ -39,16 +36,13 @@ def write(
     groups: Mapping[str, Mapping[str, np.ndarray]] | None = None,
 ) -> None:
     """Write a NetCDF file, whole or not at all; groups have plain arrays, see `read_group`."""
-    groups = groups or {}
-    plain = [array for group in groups.values() for array in group.values()]
-    size = sum(np.asarray(each).nbytes for each in (*plain, *(v[1] for v in variables.values())))
 
     def fill(draft):
-        with opened(draft, "w", size) as file:
+        with opened(draft, "w") as file:
             for name, variable in variables.items():
                 _put(file, name, *variable)
             file.setncatts(attributes)
-            for group, arrays in groups.items():
+            for group, arrays in (groups or {}).items():
                 place = file.createGroup(group)
                 for name, array in arrays.items():
                     _put(place, name, [f"size_{size}" for size in array.shape], array)
@@ -80,33 +74,32 @@ def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
     try:
         with draft_of(path) as draft:
             make(draft)
-    except OSError as problem:
-        raise UserError(f"{path}: cannot be written ({reason(problem)})") from None
+    except (OSError, RuntimeError) as problem:  # the NetCDF library has odd words for a full disk
+        raise UserError(
+            f"{path}: cannot be written ({reason(problem)}); is the disk full?"
+        ) from None
 
 
 def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path] = ()) -> None:
     """Refuse a place where a result would do harm, before anything is written.
 
-    That is a name with another suffix (run.NC would share with run.nc what lies beside them), or
-    not UTF-8, one of what is not a file, or of an input under any name.
+    That is a name with another suffix (run.NC would share with run.nc what lies beside them), one
+    of what is not a file, or of an input under any name.
     """
     path = Path(path)
-    there = _status(path)
-    if path.is_dir():
-        raise UserError(f"{path}: is a folder; name the file to write")
+    name = os.path.abspath(path)
+    if "\\" in name or not name.isprintable():
+        raise UserError(f"{str(path)!r}: the NetCDF library opens no such name; choose another one")
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise UserError(f"{path}: is no file, as a folder or a device; name the file to write")
     if path.suffix != suffix and suffix:
         raise UserError(f"{path}: a file is written here whose name ends in {suffix}; name it so")
-    if there and not stat.S_ISREG(there.st_mode):
-        raise UserError(
-            f"{path}: is a device, a pipe or a socket; a result is written to a file of its own"
-        )
     for given in inputs:
-        if os.path.realpath(given) == os.path.realpath(path) or (
-            there and (other := _status(given)) and os.path.samestat(other, there)
-        ):
-            what = f"{given}, which is read" if str(given) != str(path) else "what is read from it"
+        there = os.path.exists(path) and os.path.exists(given) and os.path.samefile(path, given)
+        if there or os.path.realpath(given) == os.path.realpath(path):
             raise UserError(
-                f"{path}: what is written would take the place of {what}; choose another name"
+                f"{path}: what is written would take the place of {given}, which is read; choose "
+                "another name"
             )
 
 
@@ -119,22 +112,6 @@ def refuse_to_replace(path: str | Path) -> None:
     """Refuse a place where a file would be lost that is not empty."""
     if is_filled(path):
         raise Occupied(f"{path}: is there already")
-
-
-def _status(path):
-    """What the system says of a file; None if there is none. Refused is a name for no library."""
-    name = os.path.abspath(path)
-    if "\\" in name or name.encode(errors="ignore").decode() != name:
-        raise UserError(
-            f"{str(path)!r}: a name, or one of a folder that it is in, with a backslash or not "
-            "UTF-8, which the NetCDF library cannot open; rename it"
-        )
-    try:
-        return os.stat(path)
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except OSError as problem:
-        raise UserError(f"{path}: cannot be read or written ({reason(problem)})") from None
 
 
 def check_room(path: str | Path, size: int) -> None:
@@ -174,10 +151,9 @@ def read_group(path: str | Path, name: str) -> dict[str, np.ndarray]:
 
 def check_input(path: str | Path) -> None:
     """Refuse to read what is no file."""
-    there = _status(path)
-    if there is None:
+    if not os.path.exists(path):
         raise UserError(f"{path}: there is no such file")
-    if not stat.S_ISREG(there.st_mode):
+    if not os.path.isfile(path):
         raise UserError(f"{path}: is not a file")
 
 
@@ -194,25 +170,16 @@ def attributes(path: str | Path) -> dict[str, Any]:
 
 
 @contextmanager
-def opened(
-    path: str | Path, mode: Literal["r", "w"] = "r", size: int = 0
-) -> Iterator[netCDF4.Dataset]:
-    """A NetCDF file, to read from or to write (``w``, so many bytes): the one way to open one.
+def opened(path: str | Path, mode: Literal["r", "w"] = "r") -> Iterator[netCDF4.Dataset]:
+    """A NetCDF file, to read from or to write (``w``): the one way to open one.
 
     One thread at a time has one open: the HDF5 library is not made for several. It gets the whole
     path: of a name it drops blanks in front, and takes some for addresses.
     """
     import netCDF4  # its library takes time to import
 
-    try:
-        with ONE_AT_A_TIME, netCDF4.Dataset(os.path.abspath(path), mode) as file:
-            yield file
-    except (OSError, RuntimeError) as problem:
-        if mode == "r":
-            raise
-        with open(path, "wb") as draft:  # of a full disk the library says "HDF error" or worse
-            os.posix_fallocate(draft.fileno(), 0, size + OVERHEAD)
-        raise OSError(reason(problem)) from None
+    with ONE_AT_A_TIME, netCDF4.Dataset(os.path.abspath(path), mode) as file:
+        yield file
 
 
 @contextmanager
@@ -222,9 +189,7 @@ def _reading(path):
     try:
         with opened(path) as file:
             yield file
-    except (OSError, RuntimeError, AttributeError) as problem:
-        if isinstance(problem, AttributeError) and "not found" in str(problem):
-            raise  # it is missing, not damaged
+    except (OSError, RuntimeError, UnicodeError) as problem:
         if is_of_system(problem):
             raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
         raise UserError(
@@ -247,34 +212,31 @@ def check_digest(
         raise UserError(f"{path}: made by other sources ({name} {found}, now {expected}); {remedy}")
 
 
+def _draft(path):
+    return path.with_name(f"{path.name}.writing")
+
+
 @contextmanager
 def draft_of(path: Path, is_kept: bool = True) -> Iterator[Path]:
-    """A name beside a file, for what takes its place once the block has ended well.
-
-    It is this thread's own, and made anew: no link that somebody has put there is followed.
-    """
-    draft = path.with_name(f"{path.name}.{threading.get_native_id()}.writing")
+    """A name beside a file, for what takes its place once the block has ended well."""
+    draft = _draft(path)
     TEMPORARY.add(draft)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        draft.unlink(missing_ok=True)  # of a process of that number, which was killed
+        draft.unlink(missing_ok=True)  # of a process that was killed
         draft.touch(exist_ok=False)
         yield draft
         if is_kept:
             os.replace(draft, path)
     finally:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
+        remove_drafts(path)
         TEMPORARY.discard(draft)
 
 
 def remove_drafts(path: Path) -> None:
-    """Remove what killed processes left of a file; for the one at work on it, `dpd.runs.lock`."""
-    left = re.compile(re.escape(path.name) + r"\.\d+\.writing")
+    """Remove what a killed process left of a file; for the one at work on it, `dpd.runs.lock`."""
     with suppress(OSError):
-        for other in path.parent.iterdir():
-            if left.fullmatch(other.name):
-                other.unlink(missing_ok=True)
+        _draft(path).unlink(missing_ok=True)
 
 
 def remove_temporary() -> None:

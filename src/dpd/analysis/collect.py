@@ -248,7 +248,7 @@ def save(data: xr.Dataset, path: str | Path) -> None:
     plain = data.drop_encoding()
 
     def fill(draft):
-        with files.opened(draft, "w", plain.nbytes) as file:
+        with files.opened(draft, "w") as file:
             plain.dump_to_store(NetCDF4DataStore(file))
 
     files.replace_whole(path, fill)
