@@ -19,7 +19,7 @@ from dpd import draw
 from dpd.errors import UserError
 from dpd.particles.formats import read, write
 from dpd.particles.particles import Particles
-from dpd.report.colours import BLUE, GREEN, ORANGE
+from dpd.report.style import BLUE, GREEN, ORANGE
 from tests.conftest import SCENE
 
 WHITE = (1.0, 1.0, 1.0)

@@ -12,8 +12,8 @@ from dpd import files
 from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.particles.netcdf import Fields, read_fields, write_image
-from dpd.report.colours import BLUE, ORANGE
 from dpd.report.draw_fields import points_along, smoothed, triangles_around
+from dpd.report.style import BLUE, ORANGE
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start

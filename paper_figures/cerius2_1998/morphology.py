@@ -2,12 +2,13 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib import pyplot as plt
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.analysis.verdicts import Measured
 from dpd.report.draw_fields import middles, slice_of, smoothed
-from dpd.report.style import DOUBLE, ORANGE, plt
+from dpd.report.style import DOUBLE, ORANGE
 from paper_figures.cerius2_1998.shared import SMOOTH, draw_isodensity
 
 LEVEL = 0.4  # 1 / r_c^3, the density of A at which the manual draws its surface

@@ -6,6 +6,7 @@ import importlib
 import math
 import os
 import sys
+import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -248,7 +249,6 @@ def figure(options: Namespace) -> None:
     """Make a figure."""
     from dpd.pipeline.paper import read_paper
     from dpd.pipeline.study import file_of_paper
-    from dpd.report.figure_file import BrokenFigure
     from dpd.report.figures import make_figure
 
     figures = read_paper(options.paper, options.study, only=[]).figures
@@ -260,11 +260,10 @@ def figure(options: Namespace) -> None:
     sources = _data(options, (*figure.sweeps, *figure.measurements))
     try:
         make_figure(options.paper, options.figure, sources, options.output)
-    except BrokenFigure as problem:
-        if options.traceback is None:
-            raise UserError(f"{problem}; --traceback FILE keeps the whole traceback") from None
-        _write(options.traceback, problem.whole_traceback())
-        raise UserError(f"{problem}; the whole traceback is in {options.traceback}") from None
+    except UserError as problem:
+        if options.traceback and problem.__cause__:
+            _write(options.traceback, "".join(traceback.format_exception(problem.__cause__)))
+        raise
 
 
 @command(option("tables", nargs="*"), output="table.csv")
@@ -306,8 +305,7 @@ def compare(options: Namespace) -> None:
     """Say whether two studies differ as their error bars predict."""
     from dpd.report.compare import as_text, compared, table_of
 
-    one, other = table_of(options.one), table_of(options.other)
-    print(as_text(compared(one, other), one, other))
+    print(as_text(compared(table_of(options.one), table_of(options.other))))
 
 
 @command("study", output="automatic.yaml")

@@ -14,9 +14,11 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import pandas as pd
 import yaml
 from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 from PIL import Image
 
 from dpd import files
@@ -27,8 +29,9 @@ from dpd.files import replace_whole
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.pipeline.study import SEEDED, read_config, read_study
-from dpd.report.figure_file import load_module
-from dpd.report.figures import drawing, joined, read_verdicts, verdicts_of
+from dpd.report.figure_file import call, load_module
+from dpd.report.figures import joined, read_verdicts, verdicts_of
+from dpd.report.style import LOOK
 from dpd.report.workflow import commit, library_versions, processor
 
 if TYPE_CHECKING:
@@ -202,6 +205,7 @@ def write_changed(target: Path, contents: dict[str, bytes]) -> list[Path]:
     return changed
 
 
+@mpl.rc_context(LOOK)
 def redraw(study: str) -> list[Path]:
     """Draw and judge again what an archive keeps the numbers of, and name what has changed.
 
@@ -219,7 +223,7 @@ def redraw(study: str) -> list[Path]:
     for name in manifest["figures"]:
         paper, figure = name.split("/")
         module, data = load_module(paper, figure), load(target / f"{name}.nc")
-        drawn, whole = drawing(module, data), BytesIO()
+        drawn, whole = call(module, "draw", data, Figure), BytesIO()
         drawn.savefig(whole, format="png")
         plt.close(drawn)
         with Image.open(whole) as picture:

@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.collections import PathCollection
-from matplotlib.colors import to_rgb
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba_array
 from matplotlib.figure import Figure
-from matplotlib.path import Path as Outline
-from matplotlib.transforms import AffineDeltaTransform
 
 from dpd.engine.space import nearest
 from dpd.errors import UserError, shown
@@ -21,14 +19,13 @@ from dpd.files import check_output, replace_whole
 from dpd.particles.formats import read
 from dpd.particles.netcdf import fields_of, particles_of, read_fields
 from dpd.particles.particles import Particles, checked, molecules_of
-from dpd.report.colours import LOOK, MANY, OF_SPECIES
 from dpd.report.draw_fields import AXES, COLUMN, INCH, draw_fields, draw_legend, refuse_unknown
+from dpd.report.style import LOOK, MANY, OF_SPECIES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import xarray as xr
-    from matplotlib.axes import Axes
 
 SCREEN = 96  # pixels of a browser per inch
 METADATA: dict[str, Any] = {".png": None, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
@@ -39,6 +36,7 @@ DENSE, LARGEST, OF_BOND = 0.36, 0.4, 0.45  # radii: in mean distances, r_c, leng
 BOND = 0.7  # width of a bond, in radii of beads
 PALEST = 0.7  # share of white in the colour of what is farthest
 RIM = 0.5  # share of black in the edge of a bead
+CORNERS = 40  # of a disc
 GRAY = "#B4B4B4"  # beads without bonds among molecules
 
 
@@ -157,7 +155,7 @@ def _draw_particles(
         depth = particles.position[AXES.index(axis)]
         visible &= (depth >= low) & (depth <= high)
         depth = -depth if axis == "y" else depth  # so that all axes are right-handed
-    plane = right, up = [k for k in range(particles.dimension) if AXES[k] != axis]
+    right, up = [k for k in range(particles.dimension) if AXES[k] != axis]
     width, edges = (size or COLUMN) / INCH, particles.box
     height = (width - AROUND) * edges[up] / edges[right] + AROUND
     figure.set_size_inches(width, min(height + 0.2 * bool(legend), TALLEST * width))
@@ -168,8 +166,9 @@ def _draw_particles(
         title="" if slab is None else f"{low:g} < ${axis}$ / $r_c$ < {high:g}",
     )  # fmt: skip
     if visible.any():
-        beads = _beads(axes, particles, plane, visible, depth, colours, radius)
-        axes.add_collection(beads, autolim=False)
+        axes.add_collection(
+            _beads(particles, [right, up], visible, depth, colours, radius), autolim=False
+        )
     draw_legend(figure, {name: legend[name] for name in legend if name in drawn})
 
 
@@ -182,18 +181,18 @@ def _seen(
             raise UserError(f"{path}: two dimensions are drawn whole; leave view and slab out")
         return "", 0.0, 0.0
     edges = dict(zip(AXES, particles.box))
+    axis, low, high = slab or (view or min("yxz", key=edges.__getitem__), 0, math.inf)
     try:
-        axis, low, high = slab or (view or min("yxz", key=edges.__getitem__), 0, math.inf)
-        low, high = float(low), min(float(high), edges[axis])
-    except (TypeError, ValueError, KeyError):
-        axis, low, high = "", 0.0, 0.0
-    if not (axis and low < high and high > 0) or view not in (None, axis):
+        low, high = max(float(low), 0.0), min(float(high), edges[axis])
+    except (ValueError, KeyError):
+        low = high = 0.0
+    if not low < high or view not in (None, axis):
         raise UserError(
             f"{path}: slab {shown(slab)}, view {shown(view)}: not in the box; allowed: a view "
             f"along {', '.join(AXES)}, or as slab an axis and from where to where in r_c, as in "
             f"z 0 2; the edges are {', '.join(f'{edge:g}' for edge in particles.box)}"
         )
-    return axis, max(low, 0.0), high
+    return axis, low, high
 
 
 def _colours(
@@ -202,7 +201,7 @@ def _colours(
     """(n, 3) colours of beads, and what a legend says of them."""
     several, bonded = len(particles.names) > 1, len(particles.bonds) > 0
     colour = colour or ("species" if several or not bonded else "molecule")
-    if colour not in ("species", "molecule") or (colour == "molecule" and not bonded):
+    if colour not in ("species", "molecule")[: 1 + bonded]:
         raise UserError(
             f"{path}: colour {shown(colour)}: allowed are species and, where beads are bonded, "
             "molecule"
@@ -211,16 +210,16 @@ def _colours(
         molecules = molecules_of(particles)
         alone = np.bincount(molecules)[molecules] == 1
         chosen = np.where(alone, len(MANY), molecules % len(MANY))
-        return np.array([to_rgb(name) for name in (*MANY, GRAY)])[chosen], {}
+        return to_rgba_array([*MANY, GRAY])[chosen, :3], {}
     names = {name: OF_SPECIES[k % len(OF_SPECIES)] for k, name in enumerate(particles.names)}
-    found = np.array([to_rgb(name) for name in names.values()])[particles.species]
+    found = to_rgba_array(list(names.values()))[particles.species, :3]
     return found, names if several else {}
 
 
 def _beads(
-    axes: Axes, particles: Particles, plane: list[int], visible: np.ndarray, depth: np.ndarray,
+    particles: Particles, plane: list[int], visible: np.ndarray, depth: np.ndarray,
     colours: np.ndarray, radius: float | None,
-) -> PathCollection:  # fmt: skip
+) -> PolyCollection:  # fmt: skip
     """Discs, each before the halves of its bonds, from the farthest to the nearest."""
     one, other = particles.bonds.T
     apart = nearest(particles.position[:, other] - particles.position[:, one], particles.box)
@@ -230,44 +229,21 @@ def _beads(
         radius = min(DENSE * float(spacing), LARGEST, OF_BOND * float(length) or LARGEST)
     beads, place = np.flatnonzero(visible), particles.position[plane].T
     both = visible[particles.bonds].all(axis=1)
-    first, ways, owner = _half_bonds(place, particles.bonds[both].T, apart[plane][:, both].T)
-    shapes = [
-        *map(Outline, _strips(ways, BOND * radius)),
-        *[Outline.circle(radius=radius)] * len(beads),
-    ]
-    offsets, whose = np.concatenate([first, place[beads]]), np.concatenate([owner, beads])
+    half, one, other = apart[plane][:, both].T / 2, one[both], other[both]
+    # Each bead has its half of a bond: one that crosses a face leaves the box at both ends.
+    owner, ways = np.concatenate([one, other]), np.concatenate([half, -half])
+    length = np.hypot(*ways.T)[:, None]
+    across = ways[:, ::-1] * [-0.5, 0.5] * BOND * radius / np.where(length > 0, length, 1)
+    strips = place[owner][:, None] + np.stack([-across, ways - across, ways + across, across], 1)
+    angle = np.linspace(0, 2 * np.pi, CORNERS, endpoint=False)
+    circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    shapes = [*strips, *(place[beads][:, None] + circle)]
+    whose = np.concatenate([owner, beads])
     order = np.lexsort((np.arange(len(whose)) >= len(owner), whose, depth[whose]))
     low, high = depth[beads].min(), depth[beads].max()
     share = (depth - low) / (high - low) if high > low else np.ones_like(depth)
     colours = (1 - (1 - colours) * (1 - PALEST * (1 - share[:, None])))[whose[order]]
-    found = PathCollection(
-        [shapes[k] for k in order], offsets=offsets[order], offset_transform=axes.transData,
-        facecolors=colours, edgecolors=colours * (1 - RIM),
+    return PolyCollection(
+        [shapes[k] for k in order], facecolors=colours, edgecolors=colours * (1 - RIM),
         linewidths=np.where(order < len(owner), 0, 0.3), rasterized=len(beads) > RASTER,
     )  # fmt: skip
-    found.set_transform(AffineDeltaTransform(axes.transData))  # type: ignore[arg-type]
-    return found
-
-
-def _half_bonds(
-    place: np.ndarray, bonds: np.ndarray, apart: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where both halves of bonds begin, (m, 2), their ways, and the beads that they belong to.
-
-    A bond that crosses a face is there twice, from each of its beads on.
-    """
-    one, other = bonds
-    crosses = (np.abs(place[one] + apart - place[other]) > 1e-6).any(axis=1)
-    first, ways, owner = [], [], []
-    for bead, further, way in ((one, other, apart / 2), (other, one, -apart / 2)):
-        first += [place[bead], (place[bead] + way)[crosses]]
-        ways += [way, way[crosses]]
-        owner += [bead, further[crosses]]
-    return np.concatenate(first), np.concatenate(ways), np.concatenate(owner)
-
-
-def _strips(ways: np.ndarray, width: float) -> np.ndarray:
-    """(m, 4, 2) corners of strips along (m, 2) ways."""
-    length = np.hypot(*ways.T)[:, None]
-    across = ways[:, ::-1] * [-0.5, 0.5] * width / np.where(length > 0, length, 1)
-    return np.stack([-across, ways - across, ways + across, across], axis=1)

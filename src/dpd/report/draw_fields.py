@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from dpd.errors import UserError, shown
-from dpd.report.colours import OF_SPECIES
+from dpd.report.style import OF_SPECIES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

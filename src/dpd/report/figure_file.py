@@ -1,4 +1,4 @@
-"""The file of a figure, and sentences on what is wrong with it."""
+"""The file of a figure: read, called, and blamed for what goes wrong in it."""
 
 from __future__ import annotations
 
@@ -19,24 +19,13 @@ if TYPE_CHECKING:
 
     T = TypeVar("T")
 
-FUNCTIONS = {
-    "compute": "compute(data), from sweeps by name to the plotted numbers, an xarray.Dataset",
-    "draw": "draw(numbers), from those to a matplotlib figure",
-}
-TEXTS = {"TITLE": "TITLE, the first sentence of the caption"}
-MEASURED = {
-    "measured": "measured(numbers), from those to a dict of dpd.analysis.verdicts.Measured",
+NEEDED = {
+    "TITLE": "the first sentence of the caption",
+    "compute": "from sweeps by name to the plotted numbers, an xarray.Dataset",
+    "draw": "from those numbers to a matplotlib figure",
 }
 # What a file may leave out that belongs to no published figure.
 OPTIONAL = {"measured": lambda numbers: {}, "PAPER_SHOWS": ""}
-
-
-class BrokenFigure(UserError):
-    """A figure file that raised something; the exception is its ``__cause__``."""
-
-    def whole_traceback(self) -> str:
-        """What a developer wants to see."""
-        return "".join(traceback.format_exception(self.__cause__))
 
 
 def figure_path(paper: str, figure: str) -> Path:
@@ -72,12 +61,9 @@ def load_module(paper: str, figure: str) -> ModuleType:
     module = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
     with blamed_on(module, "the file, while it is read,"):
         spec.loader.exec_module(module)  # type: ignore[union-attr]
-    for name, meaning in (FUNCTIONS | TEXTS).items():
+    for name, meaning in NEEDED.items():
         if not hasattr(module, name):
-            needed = "; ".join((FUNCTIONS | TEXTS).values())
-            raise UserError(
-                f"{shortened(path)}: {name} is missing: {meaning}. A figure file needs {needed}"
-            )
+            raise UserError(f"{shortened(path)}: {name} is missing: {meaning}")
     for name, value in OPTIONAL.items():
         setattr(module, name, getattr(module, name, value))
     return module
@@ -94,31 +80,24 @@ def blamed_on(module: ModuleType, part: str) -> Iterator[None]:
         yield
     except UserError:
         raise
-    except SyntaxError as fault:
-        said = f"this is not Python: {fault.msg}{_code(fault.text)}"
-        where = shortened(fault.filename or path)
-        raise BrokenFigure(f"{where}: line {fault.lineno}: {said}") from fault
     except Exception as fault:
-        said = f"{part} raised {type(fault).__name__}: {fault}"
-        frames = traceback.extract_tb(fault.__traceback__)
-        own = [frame for frame in frames if Path(frame.filename).parent == Path(path).parent]
-        if not own:
-            raise BrokenFigure(f"{shortened(path)}: {said}") from fault
-        place = own[-1]
-        code = _code(linecache.getline(place.filename, place.lineno or 0))
-        where = f"{shortened(place.filename)}: line {place.lineno}"
-        raise BrokenFigure(f"{where}: {said}{code}") from fault
+        said, place, line, code = f"{part} raised {type(fault).__name__}: {fault}", path, None, ""
+        for frame in traceback.extract_tb(fault.__traceback__):
+            if Path(frame.filename).parent == Path(path).parent:
+                place, line = frame.filename, frame.lineno
+                code = linecache.getline(place, line or 0)
+        if isinstance(fault, SyntaxError):
+            said, code = f"this is not Python: {fault.msg}", fault.text or ""
+            place, line = fault.filename or path, fault.lineno
+        at, code = f": line {line}" if line else "", f" (`{code.strip()}`)" if code else ""
+        raise UserError(f"{shortened(place)}{at}: {said}{code}") from fault
 
 
-def wanted(module: ModuleType, part: str, value: object, kind: type[T]) -> T:
-    """A value that a part of a figure file returned, refused if it is not of the kind."""
-    if not isinstance(value, kind):
-        raise UserError(
-            f"{shortened(str(module.__file__))}: {part} returned {type(value).__name__}, "
-            f"not {kind.__name__}; a figure file needs {(FUNCTIONS | MEASURED)[part]}"
-        )
-    return value
-
-
-def _code(line):
-    return f" (`{line.strip()}`)" if line and line.strip() else ""
+def call(module: ModuleType, name: str, argument: object, kind: type[T]) -> T:
+    """What a function of a figure file returns; `UserError` if it raises, or it is no ``kind``."""
+    with blamed_on(module, name):
+        found = getattr(module, name)(argument)
+    if not isinstance(found, kind):
+        where = shortened(str(module.__file__))
+        raise UserError(f"{where}: {name} returned {type(found).__name__}, not {kind.__name__}")
+    return found

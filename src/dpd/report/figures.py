@@ -6,6 +6,7 @@ import json
 import time
 from typing import TYPE_CHECKING
 
+import matplotlib as mpl
 import pandas as pd
 import xarray as xr
 from matplotlib import pyplot as plt
@@ -16,9 +17,9 @@ from dpd.analysis.statistics import degrees_of
 from dpd.analysis.verdicts import COLUMNS, rows
 from dpd.errors import UserError
 from dpd.files import replace_whole
-from dpd.report import style  # noqa: F401  sets matplotlib's parameters
 from dpd.report.captions import caption
-from dpd.report.figure_file import blamed_on, load_module, wanted
+from dpd.report.figure_file import blamed_on, call, load_module
+from dpd.report.style import LOOK
 from dpd.report.text import label
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 NEEDED = {"paper", "figure", "quantity", "kind", "published", "value", "error", "verdict"}
 
 
+@mpl.rc_context(LOOK)
 def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], folder: Path) -> None:
     """Write ``figure``.png, .pdf, .nc, .csv and .html, its caption, to a folder.
 
@@ -42,18 +44,17 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
 
     def made(scattered):
         drawn = {name: _with_other_errors(each, scattered) for name, each in data.items()}
-        with blamed_on(module, "compute"):
-            numbers = wanted(module, "compute", module.compute(drawn), xr.Dataset)
-        found = _measured(module, numbers)
+        numbers = call(module, "compute", drawn, xr.Dataset)
+        found = call(module, "measured", numbers, dict)
         return numbers, {name: one.by_sampling for name, one in found.items()}
 
     numbers, degrees = degrees_of(made)
     numbers.attrs["degrees"] = json.dumps(degrees)
     table = verdicts_of(module, paper, figure, numbers)
-    with blamed_on(module, "describe"):
-        seen = module.describe(numbers) if hasattr(module, "describe") else module.TITLE
+    described = hasattr(module, "describe")
+    seen = call(module, "describe", numbers, str) if described else module.TITLE
     numbers.attrs |= {"paper": paper, "figure": figure, "seen": seen}
-    drawn = drawing(module, numbers)
+    drawn = call(module, "draw", numbers, Figure)
     with blamed_on(module, "the caption"):
         text = caption(figure, module, data, numbers)
 
@@ -76,12 +77,7 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
 def verdicts_of(module: ModuleType, paper: str, figure: str, numbers: xr.Dataset) -> pd.DataFrame:
     """The verdict table of a figure, from its module and the numbers that its ``compute`` gave."""
     degrees = json.loads(numbers.attrs.get("degrees", "{}"))
-    return rows(paper, figure, _measured(module, numbers), degrees)
-
-
-def _measured(module, numbers):
-    with blamed_on(module, "measured"):
-        return wanted(module, "measured", module.measured(numbers), dict)
+    return rows(paper, figure, call(module, "measured", numbers, dict), degrees)
 
 
 def _with_other_errors(data, scattered):
@@ -91,12 +87,6 @@ def _with_other_errors(data, scattered):
         f"{name}_error": data[f"{name}_error"] * scattered(data[f"{name}_degrees"].values)
         for name in known
     })  # fmt: skip
-
-
-def drawing(module: ModuleType, numbers: xr.Dataset) -> Figure:
-    """The picture of a figure, from its module and its numbers."""
-    with blamed_on(module, "draw"):
-        return wanted(module, "draw", module.draw(numbers), Figure)
 
 
 def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:

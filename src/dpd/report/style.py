@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import matplotlib as mpl
+import matplotlib as mpl  # noqa: F401  for figures
 import numpy as np
-from matplotlib import pyplot as plt
-
-from dpd.analysis.statistics import COVERAGE
-from dpd.report.colours import BLACK, BLUE, GREEN, LOOK, ORANGE, PURPLE, RED, SKY  # noqa: F401
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -20,6 +16,36 @@ if TYPE_CHECKING:
 
 SINGLE, DOUBLE = 8.6 / 2.54, 17.8 / 2.54  # inches, a journal's one and two columns
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+# Okabe and Ito's palette.
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
+)  # fmt: skip
+# For what comes in any number: Petroff's ten colours (arXiv:2107.02270) without the two grays.
+MANY = (
+    "#3f90da", "#ffa90e", "#bd1f01", "#832db6", "#a96b59", "#e76300", "#b9ac70", "#92dadd",
+)  # fmt: skip
+OF_SPECIES = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY, *MANY)
+LOOK: Any = {  # of matplotlib; whoever draws or writes a figure does it in `rc_context(LOOK)`
+    "font.size": 8,
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "legend.fontsize": 7,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "axes.linewidth": 0.7,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 3.5,
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "figure.constrained_layout.use": True,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "dpd-papers",
+}
 
 
 class Look(NamedTuple):
@@ -28,9 +54,6 @@ class Look(NamedTuple):
     label: str
     color: str
     marker: str = "o"
-
-
-mpl.rcParams.update(LOOK)
 
 
 def panels(
@@ -44,6 +67,8 @@ def panels(
     ``height``: of a row in inches. ``width``: of the figure in inches, if not as above.
     ``**options``: for `matplotlib.pyplot.subplots`.
     """
+    from matplotlib import pyplot as plt
+
     width = width or (DOUBLE if columns > 1 else SINGLE)
     figure, axes = plt.subplots(rows, columns, figsize=(width, height * rows), **options)
     if rows * columns > 1:
@@ -60,6 +85,8 @@ def points(
 
     Points without a value are left out; those whose error is NaN are hollow and have no bar.
     """
+    from dpd.analysis.statistics import COVERAGE
+
     x, y, error = (np.asarray(part, dtype=float) for part in (x, y, error))
     seen, known = np.isfinite(y), np.isfinite(y) & np.isfinite(np.atleast_2d(error)).all(axis=0)
     face = color if filled else "white"
