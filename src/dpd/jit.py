@@ -46,7 +46,6 @@ from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_machinery import PassManager
-from numba.core.options import DefaultOptions
 from numba.extending import intrinsic, overload
 
 from dpd.errors import reason
@@ -66,23 +65,6 @@ if BLAS not in sys.modules:
         import_module("numba.np.arraymath")  # where Numba looks
     finally:
         del sys.modules[BLAS]
-
-# Names of Numba that are private, each with what has to have it.
-RELIED_ON = {
-    Compiler: ("define_pipelines", "compile_extra"),
-    DefaultOptions: ("_nrt",),
-    JITCodeLibrary: (
-        "_linking_libraries", "_final_module", "_shared_module", "_finalized", "_codegen",
-        "_ensure_finalized", "_get_module_for_linking",
-    ),
-}  # fmt: skip
-
-
-def lacking() -> list[str]:
-    """What this version of Numba has not that is needed here; empty if all is there."""
-    sources = {each: "".join(map(inspect.getsource, each.__mro__[:-1])) for each in RELIED_ON}
-    return [name for each, names in RELIED_ON.items() for name in names
-            if name not in sources[each]]  # fmt: skip
 
 
 class _Parts(JITCodeLibrary):
@@ -174,24 +156,18 @@ class KernelCompiler(PartCompiler):
                 gc.enable()
 
 
-def compilers() -> list[dict[str, Any]]:
-    """Options for kernels and for device functions: none where something is `lacking`.
-
-    Then all is compiled as Numba does it, to other last bits, and more slowly.
-    """
-    if lacking():
-        return [{}, {}]
-    return [{"pipeline_class": each, "_nrt": False} for each in (KernelCompiler, PartCompiler)]
-
-
 COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba sets it at run time
 # NumPy's rules for division (no exceptions) and freedom to reorder sums let LLVM
 # vectorise; NaN and infinity keep their meaning, the blow-up check needs them.
 OPTIONS = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz", "arcp"}}
-OF_KERNELS, OF_PARTS = compilers()
+# The compilers above need what is private in Numba. Another version compiles all as it does by
+# itself, to other last bits, in twice the time.
+OURS = numba.__version__.startswith("0.68.")
+OF_KERNELS: dict[str, Any] = {"pipeline_class": KernelCompiler, "_nrt": False} if OURS else {}
+OF_PARTS: dict[str, Any] = {"pipeline_class": PartCompiler, "_nrt": False} if OURS else {}
 KERNEL = {"nogil": True, "no_cfunc_wrapper": True} | OF_KERNELS | OPTIONS
 INLINED = {"forceinline": True, "no_cfunc_wrapper": True} | OF_PARTS | OPTIONS
-ALLOCATES = {"_nrt": True} if OF_KERNELS else {}
+ALLOCATES = {"_nrt": True} if OURS else {}
 CACHE = os.environ["NUMBA_CACHE_DIR"]
 
 

@@ -12,11 +12,7 @@ from dpd.errors import UserError
 from tests.engine.exact import crossings_by_looking, meet
 
 UNIT = 64  # ends lie on a grid of 1/64 r_c: floats hold them, and their products, exactly
-REACH = 9 * 4  # along an axis: a bond is at most 0.8 r_c long, less than half of any box
 TOO_LONG = r"a bond of 1.0\d r_c is longer than half the box"
-SPECIAL = [
-    "anywhere", "shared end", "parallel", "one line", "end on a segment", "point on a segment",
-]  # fmt: skip
 
 
 def pairs(position, members, box):
@@ -71,41 +67,12 @@ def test_random_bonds_cross_as_looking_at_all_pairs_says(box, longest, count, se
     assert pairs(position, members, box) == expected
 
 
-@st.composite
-def two_segments(draw):
-    """Ends A, B, C, D in units of 1/64 r_c, likely to touch in every way there is."""
-    point = st.tuples(*[st.integers(-9, 9)] * 2).map(lambda p: (4 * p[0], 4 * p[1]))
-    a, b, c, step = draw(point), draw(point), draw(point), draw(point)
-    b = (a[0] + b[0], a[1] + b[1])
-    quarter = ((b[0] - a[0]) // 4, (b[1] - a[1]) // 4)
-
-    def on_line(k, origin=a):
-        return origin[0] + k * quarter[0], origin[1] + k * quarter[1]
-
-    kind = draw(st.sampled_from(SPECIAL))
-    if kind == "shared end":
-        c = draw(st.sampled_from([a, b]))
-    elif kind in ("end on a segment", "point on a segment"):
-        c = on_line(draw(st.integers(0, 4)))
-    elif kind == "one line":
-        c = on_line(draw(st.integers(-8, 8)))
-    d = (c[0] + step[0], c[1] + step[1])
-    if kind == "point on a segment":
-        d = c
-    elif kind in ("parallel", "one line"):
-        d = on_line(draw(st.integers(-4, 4)), c)
-    without_length = draw(st.sampled_from(["neither"] * 5 + ["one", "both"]))
-    if without_length != "neither":
-        b = a
-    if without_length == "both":
-        d = c
-    segments = [draw(st.permutations([a, b])), draw(st.permutations([c, d]))]
-    one, other = draw(st.permutations(segments))
-    return [*one, *other]
+# So few that ends are shared, lie on one line, on the other segment, or at one point.
+POINT = st.tuples(*[st.integers(-2, 2)] * 2)
 
 
-@settings(max_examples=1000, deadline=None, derandomize=True)
-@given(two_segments(), st.tuples(*[st.integers(-500, 500)] * 2))
+@settings(max_examples=2000, deadline=None, derandomize=True)
+@given(st.tuples(*[POINT] * 4), st.tuples(*[st.integers(-500, 500)] * 2))
 @example([(0, 0), (2, 3), (2, 3), (4, 6)], (0, 0))
 @example([(0, 0), (0, 0), (0, 0), (0, 0)], (0, 0))
 def test_segments_meet(ends, offset):

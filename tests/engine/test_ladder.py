@@ -11,7 +11,6 @@ from tests.systems import (
     chains,
     make_simulation,
     make_system,
-    random_beads,
 )
 
 DIRECTION = np.array([2.0, -1.0, 2.0]) / 3
@@ -27,13 +26,6 @@ def test_moving_bead_keeps_its_velocity_and_wraps():
         assert (simulation.state.position < np.array(BOX_3D)[:, None]).all()
     assert_same_place(simulation.state.position, start + 200 * 0.04 * velocity, BOX_3D, 1e-12)
     np.testing.assert_array_equal(simulation.state.velocity, velocity)
-
-
-def test_bead_just_below_the_lower_face_stays_inside():
-    """-4e-20 plus an edge is rounded to the edge, which is no longer in the box: 0 is."""
-    simulation = make_simulation(make_system(BOX_3D), np.zeros((3, 1)), np.full((3, 1), -1e-18))
-    simulation.advance(1)
-    np.testing.assert_array_equal(simulation.state.position, 0.0)
 
 
 def two_beads(distance, middle, velocity=(0.0, 0.0), **changes):
@@ -105,31 +97,3 @@ def test_bonded_pair_swings_as_velocity_verlet_must():
     for n in range(1, 200):
         simulation.advance(1)
         assert stretch(simulation) == pytest.approx(0.2 * np.cos(n * phi), abs=1e-11)
-
-
-def energy_error(dt, seed):
-    """Root mean square change of the energy of a fluid without thermostat over one tau."""
-    position, velocity = random_beads(BOX_3D, 125, seed)
-    calm = make_simulation(make_system(BOX_3D, dt=0.01), position, velocity)
-    calm.advance(100)
-    simulation = make_simulation(
-        make_system(BOX_3D, friction=0.0, dt=dt),
-        by_identity(calm, "position"), by_identity(calm, "velocity"),
-    )  # fmt: skip
-    kinetic = np.sum(simulation.state.velocity**2) / 2
-    energies = [simulation.measure().energy.sum() + kinetic]
-    for _ in range(50):
-        potential = simulation.advance_measured(round(0.02 / dt)).energy.sum()
-        energies.append(potential + np.sum(simulation.state.velocity**2) / 2)
-    return np.sqrt(np.mean((np.array(energies) - energies[0]) ** 2))
-
-
-def test_energy_error_of_a_fluid_is_of_second_order():
-    """Halving dt divides the error by 4; 16 fluids give the order to better than 0.15.
-
-    Single fluids scatter: the force has a kink at the cutoff.
-    """
-    orders = [np.log2(energy_error(0.02, s) / energy_error(0.005, s)) / 2 for s in range(16)]
-    error = np.std(orders, ddof=1) / np.sqrt(len(orders))
-    assert error < 0.15
-    assert abs(np.mean(orders) - 2) < 4 * error

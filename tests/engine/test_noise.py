@@ -12,13 +12,11 @@ import pytest
 from scipy import stats
 
 from dpd.jit import kernel
-from dpd.physics.common.noise import Keys
 from tests.engine.reference import (
     cos_pi,
     gaussian_noise,
     minus_log,
     pair_noise,
-    pair_word,
     step_keys,
     uniform_noise,
 )
@@ -147,27 +145,3 @@ def test_no_covariance_hides_in_sums(noise):
         assert_mean(sums, 0.0, 1.0)
         assert_mean(sums**2, 1.0, 2.0)
         assert_mean(sums[1:] * sums[:-1], 0.0, 1.0)
-
-
-def words(low, high, seed=1, step=1):
-    """The 32 random bits of pairs."""
-    keys = Keys(*map(np.uint32, step_keys(np.uint64(seed), step)))
-    pairs = zip(low.astype(np.uint32), high.astype(np.uint32))
-    return np.array([pair_word(i, j, keys) for i, j in pairs], dtype=np.uint32)
-
-
-def assert_even(counts):
-    """Chi-square: the counts scatter about their mean, neither too much nor too little."""
-    chance = stats.chi2.cdf(np.sum((counts - counts.mean()) ** 2) / counts.mean(), counts.size - 1)
-    assert CHANCE < chance < 1 - CHANCE
-
-
-def test_bits_are_even():
-    """Low and high bytes, each bit, and the low bits of pairs that share a bead together."""
-    low, high = np.triu_indices(400, 1)
-    word, partner = words(low, high), words(low, high + 1)
-    assert_even(np.bincount(word & 255, minlength=256))
-    assert_even(np.bincount(word >> 24, minlength=256))
-    assert_even(np.bincount((word & 15) * 16 + (partner & 15), minlength=256))
-    for bit in range(32):
-        assert_mean((word >> bit) & 1, 0.5, 0.25)

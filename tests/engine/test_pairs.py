@@ -142,19 +142,6 @@ def test_cells_find_every_pair_once(slides, data):
     assert set(seen) == sure
 
 
-@EXAMPLES
-@given(beads_in_boxes(slides=False), st.integers(1, 20))
-def test_histogram_counts_every_pair(case, bins):
-    """Below each edge of a bin lie as many pairs as looking at all of them counts."""
-    position, box, farthest = case
-    counts = pair_histogram(position, box, farthest, bins)
-    distance = pairs_by_looking(position, box)[3]
-    for k, edge in enumerate(np.linspace(0, farthest, bins + 1)):
-        below = counts[:k].sum()
-        assert (distance < edge - DOUBTFUL).sum() <= below
-        assert below <= (distance < edge + DOUBTFUL).sum()
-
-
 @pytest.mark.parametrize(
     "box", [BOX_3D, BOX_2D, box_with((5.0, 4.0, 4.4), Shear(0.1, 0, 1), 0.31)], ids=str
 )

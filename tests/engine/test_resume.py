@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from dpd.engine.checkpoint import Checkpoint
-from dpd.engine.loop import advance_looking, run
+from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.files import remove_drafts
 from dpd.observe.common.measured import observables
@@ -137,19 +137,6 @@ def test_every_kind_of_run_goes_on_to_the_same_bits(tmp_path, kind):
     assert_same_run(again, whole)
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize("change", [{}, {"pairs": {"search": "list", "skin": 0.15}}])
-def test_steps_with_looks_between_lead_to_the_same_bits(change):
-    """As many looks as there are whole stretches before the end."""
-    scene = Scene(SCENE | change)
-    one, other = (Simulation(system_of(scene), make_start(scene)) for _ in range(2))
-    looks = []
-    advance_looking(one, 1700, lambda: looks.append(one.state.step))
-    other.advance(1700)
-    assert looks == [500, 1000, 1500]
-    assert_same_state(one.state, other.state)
-
-
 def test_checkpoint_of_another_run_is_ignored(whole, tmp_path):
     """Another scene or other sources: the run begins at the beginning."""
     path = tmp_path / "run.checkpoint"
@@ -157,27 +144,6 @@ def test_checkpoint_of_another_run_is_ignored(whole, tmp_path):
     simulation, observers, steps = new_run()
     assert run(simulation, steps, observers, Checkpoint(path, KEY)) == LAST
     assert_same_run((simulation, observers), whole)
-
-
-def test_kill_while_writing_leaves_the_former_file(whole, tmp_path, monkeypatch):
-    """Half a file is written under another name, and later neither read nor in the way."""
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
-    interrupted_run(checkpoint, 1115)
-    former = checkpoint.path.read_bytes()
-
-    def write_half(file, **arrays):
-        file.write(former[: len(former) // 2])
-        file.flush()
-        raise Interrupted
-
-    with monkeypatch.context() as broken, pytest.raises(Interrupted):
-        broken.setattr("numpy.savez", write_half)
-        checkpoint.save(*new_run()[:2])
-    assert checkpoint.path.read_bytes() == former
-    simulation, observers, steps = new_run()
-    assert run(simulation, steps, observers, checkpoint, every_seconds=0.0) == LAST - 1110
-    assert_same_run((simulation, observers), whole)
-    assert list(tmp_path.iterdir()) == [checkpoint.path]
 
 
 PROGRAM = """

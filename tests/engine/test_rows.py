@@ -1,14 +1,15 @@
-"""What is done with rows of beads as vectors is what NumPy does entry by entry."""
+"""What is done with rows of beads as vectors is what NumPy does; and how kernels are linked."""
 
 import numpy as np
 import pytest
 from numba import njit
+from numba.extending import register_jitable
 
 from dpd.engine import rows
 from dpd.engine.integrate import put_inside, row_edges
 from dpd.engine.rows import CACHE_LINE, axes_of, rows_of
 from dpd.engine.threads import Share
-from dpd.jit import KERNEL
+from dpd.jit import INLINED, KERNEL
 
 BEADS, PAIRS = 50, 200
 BOXES = [(3.0, 5.5), (3.0, 5.5, 2.25)]
@@ -98,3 +99,29 @@ def test_images(beads, box, share):
 
 def put_all_inside(position, image, identity, share, wrap, edges):
     put_inside(position, image, identity, share, wrap, edges, None)
+
+
+@pytest.mark.parametrize("ours", [True, False])
+def test_parts_of_parts(ours):
+    """A part that two others call, and the kernel too: linked once, the same by Numba's own way."""
+    private = () if ours else ("pipeline_class", "_nrt")
+    options, of_kernel = (
+        {k: given[k] for k in given if k not in private} for given in (INLINED, KERNEL)
+    )
+
+    @register_jitable(**options)
+    def square(x):
+        return x * x
+
+    @register_jitable(**options)
+    def length(x):
+        return np.sqrt(square(x[0]) + square(x[1]))
+
+    @njit(**of_kernel)
+    def summed(rows):
+        total = 0.0
+        for k in range(len(rows)):
+            total += length(rows[k]) + square(rows[k, 0])
+        return total
+
+    assert summed(np.array([[3.0, 4.0], [6.0, 8.0]])) == pytest.approx(5 + 9 + 10 + 36)

@@ -105,16 +105,6 @@ def test_blocks_of_a_phase_push_no_bead_in_common(layers, rows):
     assert sorted(met) == list(range(layers * rows))
 
 
-@pytest.mark.parametrize("layers", [32, 47, 69, 100])
-def test_blocks_of_a_large_system_are_deep_and_even(layers):
-    """About as many as are enough; whole pairs of them in each phase; depths differ by one."""
-    blocks = make_blocks(layers, layers)
-    assert 64 <= len(blocks.piece) - 1 < 128
-    assert len(blocks.phase) == 5 and (np.diff(blocks.phase) % 2 == 0).all()
-    deep = np.diff(blocks.piece)
-    assert deep.min() > 1 and deep.max() <= deep.min() + 1
-
-
 def test_blown_up_run_ends_for_all_threads():
     system = make_system((6.0, 5.0, 5.0), repulsion=np.array([[1e6]]), dt=0.1)
     position, velocity = random_beads(system.box, 300)

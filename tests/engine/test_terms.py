@@ -5,9 +5,7 @@ import pytest
 
 from dpd.engine.bonded import angles_of, bonds_of
 from dpd.engine.simulation import BehindWall
-from dpd.engine.space import nearest
 from dpd.errors import UserError
-from dpd.physics.body_force import BodyForce
 from dpd.physics.bond import BondLaw
 from dpd.physics.common.forces import bond_record, curvature_of_bond
 from dpd.physics.core import Core
@@ -28,7 +26,6 @@ from tests.engine.cases import (
 from tests.systems import (
     BOX_3D,
     by_identity,
-    chains,
     harmonic,
     harmonic_angles,
     make_simulation,
@@ -108,32 +105,6 @@ def test_straight_angles_stay_finite(angle, rest):
     assert sums.energy[1] == pytest.approx(5.0 * (angle - rest) ** 2 / 2, abs=1e-12)
 
 
-def test_equipartition_of_an_angle():
-    """Of triples in a bath, around 90 degrees: (k + 1) <(theta - theta_0)^2> is kT.
-
-    The 1 is of the sine in the volume element. Within 4 standard errors and 1 % for dt.
-    """
-    count, stiffness = 400, 100.0
-    members, triples = chains(count, 3), np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
-    system = make_system(
-        (20.0,) * 3, repulsion=np.zeros((1, 1)), dt=0.005, per_bead=True, members=members,
-        bond=harmonic(100.0, 1.0), angle=harmonic_angles(stiffness, np.pi / 2),
-        angle_members=triples,
-    )  # fmt: skip
-    arms = np.array([[1.0, 0, 0], [0, 0, 0], [0, 1.0, 0]]).T[:, None]
-    place = random_beads(system.box, count)[0][:, :, None] + arms
-    velocity = random_beads(system.box, 3 * count)[1]
-    simulation, turned = make_simulation(system, place.reshape(3, -1) % 20.0, velocity), []
-    for _ in range(45):
-        simulation.advance(100)
-        one, middle, other = simulation.unfolded[:, triples.T].transpose(1, 0, 2)
-        u, v = (nearest(end - middle, system.box) for end in (one, other))
-        cosine = (u * v).sum(axis=0) / np.sqrt((u**2).sum(axis=0) * (v**2).sum(axis=0))
-        turned.append(np.arccos(cosine) - np.pi / 2)
-    found = (stiffness + 1) * np.mean(np.square(turned[5:]))
-    assert abs(found - 1) < 0.01 + 4 * np.sqrt(2 / (40 * count))
-
-
 def test_batches_keep_molecules_with_their_angles_together():
     """Every angle is in the batch of its bonds, and no bead is in two batches."""
     kind = Molecule(STAR.beads, STAR.parents, 400)
@@ -156,48 +127,6 @@ def test_batches_keep_molecules_with_their_angles_together():
         assert not of_bonds & seen
         seen |= of_bonds
     np.testing.assert_array_equal(angles.law.number, angles.members[:, 2] % 2)
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    "scheme", ["euler", "gw-vv", "dpd-vv", "shardlow", "lowe-andersen", "aboba"]
-)
-def test_a_body_force_adds_its_momentum(scheme):
-    """In a periodic box with friction between pairs: force times time, in every scheme."""
-    box = (5.1, 4.4)
-    position, velocity = random_beads(box, 60)
-    body = BodyForce(np.array([0.3]), 1, 1, np.inf)
-    system = make_system(box, scheme, body_force=body, dt=0.01)
-    simulation = make_simulation(system, position, velocity)
-    simulation.advance(50)
-    gained = simulation.state.velocity.sum(axis=1)
-    np.testing.assert_allclose(gained, [0, 60 * 0.3 * 0.5], atol=1e-10)
-
-
-@pytest.mark.thorough
-def test_an_ideal_gas_presses_with_density_times_kT():
-    """On both walls, within four standard errors of 200 samples, 0.5 %.
-
-    Of N beads between soft walls, N / (A Z) per volume are out of reach of both, with
-    Z = L - 2 + 2 sqrt(pi / (2 a)) the integral of exp(-u(z)); their pressure is that times kT.
-    The walls alone hold the temperature.
-    """
-    box, walls = between((5.0, 5.0, 6.0), (2,), [25.0])
-    system = make_system(
-        box, repulsion=np.zeros((1, 1)), friction=0.0, dt=0.01, walls=walls, wall_friction=9.0
-    )
-    position, velocity = beads_between((5.0, 5.0, 4.0), (2,), 2000)
-    position[2] += 1.0  # out of reach of the walls, so that no energy of theirs heats the beads
-    simulation = make_simulation(system, position, velocity)
-    simulation.advance(4000)
-    sums = simulation.sample(20_000, range(4100, 24_001, 100), measure=True)
-    pressures = sums.walls[:, :, 1] / 25.0
-    kT = np.diagonal(sums.moments[:, 0], axis1=1, axis2=2)[:, :3].mean(axis=0) / 2000
-    exact = 2000 / (25 * (6 - 2 + 2 * np.sqrt(np.pi / 50)))
-    error = pressures.std(axis=0) / np.sqrt(len(pressures))
-    assert (np.abs(pressures.mean(axis=0) - exact) < 4 * error).all()
-    assert (error < 0.01 * exact).all()
-    assert np.abs(kT - 1).max() < 0.05
 
 
 def test_a_bead_that_gets_far_behind_a_wall_is_an_error():

@@ -102,12 +102,12 @@ def _as_compiled(law):
     return type(law)(*columns, np.ascontiguousarray(number, dtype=np.uint16))
 
 
-def buffers_of(dimension: int, *bonded: Bonds | Angles | None, whole: bool = False) -> Arms | None:
-    """Room for the largest batch of some bonds or angles, or for the whole of them."""
+def buffers_of(dimension: int, *bonded: Bonds | Angles | None) -> Arms | None:
+    """Room for the largest batch of some bonds or angles."""
     there = [each for each in bonded if each is not None]
     if not there:
         return None
-    size = max(len(each.members) if whole else int(np.diff(each.batch).max()) for each in there)
+    size = max(int(np.diff(each.batch).max()) for each in there)
     return Arms(
         np.empty(size, np.uint32), np.empty(size, np.uint32), np.empty((dimension, size)),
         np.empty(size), np.empty((dimension, size)),
@@ -122,16 +122,21 @@ def find_slots(slot, identity, mine):
 
 
 @inlined()
-def gather(arms, n, x, slot, members, begin, outer, inner, edges, slide):
-    """Fill the arms from the members in column ``inner`` to those in column ``outer``."""
-    i, j, apart = arms.i, arms.j, arms.apart
+def gather(arms, bonded, task, x, slot, outer, edges, slide):
+    """Fill the arms of a batch, from members 1 to those in column ``outer`` or, of bonds, back.
+
+    Return the first of the batch, and how many there are.
+    """
+    i, j, apart, members = arms.i, arms.j, arms.apart, bonded.members
+    begin, n = uint64(bonded.batch[task]), uint64(bonded.batch[task + 1] - bonded.batch[task])
     for b in range(n):
         i[b] = slot[members[begin + b, outer]]
-        j[b] = slot[members[begin + b, inner]]
+        j[b] = slot[members[begin + b, 1]]
     for b in range(n):
         for k in range(len(edges)):
             apart[k, b] = x[i[b], k] - x[j[b], k]
     nearest_images(apart, n, edges, slide)
+    return begin, n
 
 
 @inlined()
@@ -143,19 +148,18 @@ def length(apart, b, edges):
     return np.sqrt(r2)
 
 
-@inlined()
-def add_bonds(f, x, slot, law, members, begin, end, arms, virial, sums, measure, edges, slide):
-    """Add the forces of some bonds; if asked, their virial and energy to those of the batch."""
-    first, n = uint64(begin), uint64(end - begin)
-    gather(arms, n, x, slot, members, first, 0, 1, edges, slide)
+@inlined(given="arms")
+def add_bonds(f, x, slot, bonds, task, arms, virial, sums, measure, edges, slide):
+    """Add the forces of a batch of bonds, if there are any; if asked, their virial and energy."""
+    first, n = gather(arms, bonds, task, x, slot, 0, edges, slide)
     apart, over_r = arms.apart, arms.scale
     for b in range(n):
-        over_r[b] = force_over_r(law_of(law, first + b), length(apart, b, edges))
+        over_r[b] = force_over_r(law_of(bonds.law, first + b), length(apart, b, edges))
     for b in range(n):
         push_apart(f, arms.i[b], arms.j[b], over_r[b], apart, b, edges)
     if measure:
         for b in range(n):
-            sums[OF_BONDS] += energy(law_of(law, first + b), length(apart, b, edges))
+            sums[OF_BONDS] += energy(law_of(bonds.law, first + b), length(apart, b, edges))
             for k in range(len(edges)):
                 add_moment(virial, k, over_r[b] * apart[k, b], apart, b, edges)
 
@@ -195,21 +199,18 @@ def opening(to_i, to_k, b, edges):
     return Opening(np.arctan2(sine, cosine), cosine, sine, over_i, over_k)
 
 
-@inlined()
-def add_angles(
-    f, x, slot, law, members, begin, end, arms, others, virial, sums, measure, edges, slide
-):
-    """Add the forces of some angles; if asked, add up their virial and energy.
+@inlined(given="angles")
+def add_angles(f, x, slot, angles, task, arms, others, virial, sums, measure, edges, slide):
+    """Add the forces of a batch of angles, if there are any; if asked, their virial and energy.
 
     With e_i and e_k along the bonds from the middle bead, r_i and r_k their lengths, and F the
     derivative -du/dtheta, bead i feels -F (e_k - cos(theta) e_i) / (r_i sin(theta)), bead k the
     same with i and k exchanged, and the middle bead the opposite of both. In a straight angle no
     direction is across, and where F is not 0 there either, the force is 0.
     """
-    first, n = uint64(begin), uint64(end - begin)
-    gather(arms, n, x, slot, members, first, 0, 1, edges, slide)
-    gather(others, n, x, slot, members, first, 2, 1, edges, slide)
-    to_i, to_k, push_i, push_k = arms.apart, others.apart, arms.push, others.push
+    gather(arms, angles, task, x, slot, 0, edges, slide)
+    first, n = gather(others, angles, task, x, slot, 2, edges, slide)
+    law, to_i, to_k, push_i, push_k = angles.law, arms.apart, others.apart, arms.push, others.push
     for a in range(n):
         at = opening(to_i, to_k, a, edges)
         across = -force(law_of(law, first + a), at.theta) * at.sine / (at.sine * at.sine + CLOSEST)
@@ -234,8 +235,7 @@ def bond_curvature(x, slot, bonds, arms, edges):
     """The part of bonds in the Laplacian of the potential: u'' + (d - 1) u' / r at both ends."""
     if bonds is None:
         return 0.0
-    n, total = uint64(len(bonds.members)), 0.0
-    gather(arms, n, x, slot, bonds.members, uint64(0), 0, 1, edges, None)
+    total, (_, n) = 0.0, gather(arms, bonds, 0, x, slot, 0, edges, None)
     for b in range(n):
         r = length(arms.apart, b, edges)
         law = law_of(bonds.law, b)
@@ -254,9 +254,8 @@ def angle_curvature(x, slot, angles, arms, others, edges):
     """
     if angles is None:
         return 0.0
-    n, total = uint64(len(angles.members)), 0.0
-    gather(arms, n, x, slot, angles.members, uint64(0), 0, 1, edges, None)
-    gather(others, n, x, slot, angles.members, uint64(0), 2, 1, edges, None)
+    gather(arms, angles, 0, x, slot, 0, edges, None)
+    total, (_, n) = 0.0, gather(others, angles, 0, x, slot, 2, edges, None)
     for a in range(n):
         at = opening(arms.apart, others.apart, a, edges)
         over_s = at.sine / (at.sine * at.sine + CLOSEST)

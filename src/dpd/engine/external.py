@@ -61,17 +61,17 @@ def draw(near, n, partner, gaussian, keys):
 
 
 @inlined(given="langevin")
-def add_bath(f, v, identity, species, mine, langevin, near, keys, edges):
+def add_bath(f, v, beads, mine, langevin, near, keys, edges):
     """Add friction and noise on a thread's share of the beads, if there is a bath."""
     for first in range(mine.first, mine.end, PAIRS_AT_ONCE):
         n = min(PAIRS_AT_ONCE, mine.end - first)
         for c in range(n):
-            near.identity[c] = identity[first + c]
+            near.identity[c] = beads.identity[first + c]
         for k in range(len(edges)):
             draw(near, n, OF_BATH - k, langevin.gaussian, keys)
             for c in range(n):
                 s = first + c
-                share = of_bead_or_one(langevin.shares, species, s)
+                share = of_bead_or_one(langevin.shares, beads.species, s)
                 noise = random(langevin, np.sqrt(share) * near.zeta[c])
                 f[s, k] += noise - drag(langevin, share * v[s, k])
 
@@ -94,15 +94,15 @@ def add_body_force(f, x, species, mine, body):
 
 
 @inlined(given="walls")
-def add_walls(team, f, x, v, identity, species, mine, walls, near, at_walls, now, edges):
+def add_walls(team, f, v, beads, mine, walls, near, at_walls, now, edges):
     """Add the forces of walls; note who is deepest behind them."""
     deepest = at_walls.deepest[team.rank]
     for wall in range(len(walls.axis)):
         axis, inward = walls.axis[wall], walls.inward[wall]
         first = mine.first
         while first < mine.end:
-            first, n = find_near(near, x, identity, first, mine.end, walls, wall)
-            find_pushes(near, n, species, walls)
+            first, n = find_near(near, beads, first, mine.end, walls, wall)
+            find_pushes(near, n, beads.species, walls)
             find_drag(near, n, v, walls, wall, walls.friction, now.keys, edges)
             for c in range(n):
                 s = near.slot[c]
@@ -116,22 +116,22 @@ def add_walls(team, f, x, v, identity, species, mine, walls, near, at_walls, now
         # One thread does, so that the order of the sums is always the same. The others wait for it
         # before they change velocities.
         if team.rank == 0:
-            measure_walls(at_walls.sums, x, v, identity, species, walls, near, now.keys, edges)
+            measure_walls(at_walls.sums, v, beads, walls, near, now.keys, edges)
         barrier(team)
 
 
 @inlined()
-def measure_walls(sums, x, v, identity, species, walls, near, keys, edges):
+def measure_walls(sums, v, beads, walls, near, keys, edges):
     """Add up what each wall does to all beads; see `add_walls`."""
-    everybody = Share(np.uint64(0), np.uint64(len(identity)))
+    everybody = Share(np.uint64(0), np.uint64(len(beads.identity)))
     for wall in range(len(walls.axis)):
         first = everybody.first
         while first < everybody.end:
-            first, n = find_near(near, x, identity, first, everybody.end, walls, wall)
-            find_pushes(near, n, species, walls)
+            first, n = find_near(near, beads, first, everybody.end, walls, wall)
+            find_pushes(near, n, beads.species, walls)
             find_drag(near, n, v, walls, wall, walls.friction, keys, edges)
             for c in range(n):
-                a = of_bead(walls.repulsion, species, near.slot[c])
+                a = of_bead(walls.repulsion, beads.species, near.slot[c])
                 sums[wall, ENERGY] += energy(walls, a, near.z[c])
                 sums[wall, PUSH] += near.push[c]
                 for k in range(len(edges)):
@@ -139,15 +139,15 @@ def measure_walls(sums, x, v, identity, species, walls, near, keys, edges):
 
 
 @inlined()
-def find_near(near, x, identity, first, end, walls, wall):
+def find_near(near, beads, first, end, walls, wall):
     """Find some beads within the range of a wall; return where to go on, and how many."""
     axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
     n, s = np.uint64(0), first
     while s < end and n < PAIRS_AT_ONCE:
-        z = inward * (x[s, axis] - place)
+        z = inward * (beads.position[s, axis] - place)
         if z < 1.0:
             near.slot[n] = uint32(s)
-            near.identity[n] = identity[s]
+            near.identity[n] = beads.identity[s]
             near.z[n] = z
             n += np.uint64(1)
         s += np.uint64(1)

@@ -72,25 +72,24 @@ def add_rows(target, source, times, mine):
 
 
 @inlined()
-def drift(
-    x, v, f, predicted, peculiar, image, identity, mine, wrap, lost, kick, times, edges, slide
-):
+def drift(beads, f, image, mine, wrap, lost, kick, plan):
     """Move a thread's share of the beads, predict velocities; note one that moved too far.
 
     In the end ``v`` holds v + dt (1 - b) f, ``predicted`` v + lambda dt f, and ``f`` is zero.
     ``kick`` is the part of the last step's kick that this begins with: b dt, or 0 if it was done.
     """
     lost[SLOT] = -1.0
+    x, v, times = beads.position, beads.velocity, plan.times
     for first in range(mine.first, mine.end, IN_CACHE):
         some = Share(first, min(mine.end, first + IN_CACHE))
         if kick > 0.0:
             add_rows(v, f, kick, some)
-        drift_with_flow(x, v, f, peculiar, some, times.drift, times.half_square, slide)
+        drift_with_flow(x, v, f, beads.peculiar, some, times.drift, times.half_square, plan.slide)
         if move_too_far(v, f, some, times):
-            find_lost(v, f, some, times, edges, lost)
-        predict(predicted, v, f, some, times.prediction)
+            find_lost(v, f, some, times, plan.edges, lost)
+        predict(beads.predicted, v, f, some, times.prediction)
         move(x, v, f, some, times)
-        put_inside(x, image, identity, some, wrap, edges, slide)
+        put_inside(x, image, beads.identity, some, wrap, plan.edges, plan.slide)
 
 
 @inlined()
@@ -249,11 +248,11 @@ def of_bead_or_one(values, species, s):
 
 
 @inlined(given="middle")
-def second_half(x, v, f, image, identity, mine, wrap, times, edges, slide, middle):
+def second_half(beads, f, image, mine, wrap, plan, middle):
     """Kick and drift once more, in a scheme with its force in the middle of a step."""
-    add_rows(v, f, times.kick, mine)
-    add_rows(x, v, times.drift, mine)
-    put_inside(x, image, identity, mine, wrap, edges, slide)
+    add_rows(beads.velocity, f, plan.times.kick, mine)
+    add_rows(beads.position, beads.velocity, plan.times.drift, mine)
+    put_inside(beads.position, image, beads.identity, mine, wrap, plan.edges, plan.slide)
 
 
 @inlined(given="mass")
@@ -291,11 +290,14 @@ def renew_friction(f, excess, ends, drag, first, end, edges):
 
 
 @inlined(given="exchange")
-def exchange_momentum(v, cached, exchange, mass, identity, species, pairs, dt, keys, edges):
+def exchange_momentum(beads, cached, exchange, mass, pairs, plan, keys):
     """Let pairs exchange momentum, one after the other, in the order in which they were found.
 
     Each finds the velocities that the pairs before it have left.
     """
+    v, identity, species, dt, edges = (
+        beads.velocity, beads.identity, beads.species, plan.dt, plan.edges,
+    )  # fmt: skip
     drag, theta, low, high = cached.drag, pairs.theta, pairs.low, pairs.high
     swapped = Keys(keys.second, keys.first)  # numbers that the noise has not drawn
     count = np.uint64(cached.phase[len(cached.phase) - 1])

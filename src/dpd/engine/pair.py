@@ -54,7 +54,7 @@ def share_of_pair(shares, species, i, j):
 
 
 @inlined(given="friction")
-def gather_friction(pairs, n, v, identity, species, friction, edges, slide, keys):
+def gather_friction(pairs, n, v, beads, friction, edges, slide, keys):
     """Find the approach r_ij . v_ij and the random number of ``n`` pairs."""
     i, j, separation, low, high = pairs.i, pairs.j, pairs.separation, pairs.low, pairs.high
     approach, theta = pairs.approach, pairs.theta
@@ -65,13 +65,13 @@ def gather_friction(pairs, n, v, identity, species, friction, edges, slide, keys
             apart = separation[slide.flow, p] * separation[slide.gradient, p]
             approach[p] += slide.rate * apart
     for p in range(n):
-        a, b = identity[i[p]], identity[j[p]]
+        a, b = beads.identity[i[p]], beads.identity[j[p]]
         low[p], high[p] = min(a, b), max(a, b)
     if friction.gaussian:
         gaussian_noise(theta, low, high, n, keys)
     else:
         uniform_noise(theta, low, high, n, keys)
-    share_friction(pairs, n, species, friction.shares)
+    share_friction(pairs, n, beads.species, friction.shares)
 
 
 @inlined(given="shares")

@@ -75,8 +75,9 @@ def sampled_buffers(samples: int, beads: int, across: Across | None, shared: Any
 
 
 @inlined()
-def add_up_beads(team, x, v, species, mass, across, sampled, edges):
+def add_up_beads(team, beads, mass, across, sampled, edges):
     """Add up the moments of the velocities."""
+    x, v, species = beads.position, beads.velocity, beads.species
     for task in range(team.rank, sampled.place.shape[0], team.size):
         first, end = task * PER_TASK, (task + 1) * PER_TASK
         if end > x.shape[0]:

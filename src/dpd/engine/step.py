@@ -168,7 +168,7 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
     the beads are in ``spare`` in the end; a bead that moved too far; and whether ``shared.need`` is
     more than the buffers hold. In both cases the call has no result.
     """
-    edges, slide, grid, dt, times = plan.edges, plan.slide, plan.grid, plan.dt, plan.times
+    edges, slide, grid, times = plan.edges, plan.slide, plan.grid, plan.times
     image, mine = shared.image, share_of(team, len(beads.identity))
     need, room = shared.need[team.rank], own.room
     step, pending, swapped, short, taken = span.done, 0.0, False, False, 0
@@ -176,12 +176,8 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
     for s in range(max(span.steps, 1)):
         if span.steps > 0:
             step += 1
-            slide_to(step, image, beads.identity, mine, dt, slide)
-            drift(
-                beads.position, beads.velocity, force, beads.predicted, beads.peculiar, image,
-                beads.identity, mine, own.wrap, shared.lost[team.rank], pending, times, edges,
-                slide,
-            )  # fmt: skip
+            slide_to(step, image, beads.identity, mine, plan.dt, slide)
+            drift(beads, force, image, mine, own.wrap, shared.lost[team.rank], pending, plan)
             shared.moved[team.rank] = farthest_move(beads.position, reference, mine, edges)
             barrier(team)
             lost = first_lost(shared.lost, beads.identity, step)
@@ -196,10 +192,8 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
             swapped = not swapped
         if sort_now or s == 0:
             find_slots(shared.slot, beads.identity, mine)
-        renew_list(
-            team, plan, beads.position, reference, mine, own.listed, own.line, own.pairs,
-            shared.cells, need, room, sort_now, s == 0 and not span.listed,
-        )  # fmt: skip
+        first = s == 0 and not span.listed
+        renew_list(team, plan, beads.position, reference, mine, shared, own, sort_now, first)
         if sort_now:
             need[OF_LINE] = longest_line(shared.cells.most, grid.base)
         barrier(team)
@@ -209,18 +203,11 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         sample_now = taken < len(span.samples) and step == span.samples[taken]
         now = Evaluation(step, step_keys(plan.seed, step), span.measure and sample_now)
         search = Search(shared.cells, grid, own.line, own.pairs, edges, slide)
-        find_densities(
-            team, plan, beads, mine, shared.density, search, own.listed, shared.virial,
-            shared.energy,
-        )  # fmt: skip
-        add_bonded(
-            team, plan, beads.position, force, plan.bonds, plan.angles, shared.slot, shared.virial,
-            shared.energy, own, now.measure,
-        )  # fmt: skip
+        find_densities(team, plan, beads, mine, shared.density, shared, own, search)
+        add_bonded(team, plan, beads.position, force, plan.bonds, shared, own, now.measure)
         need[OF_CACHED] = add_pairs(
-            team, plan, beads, force, shared.density, search, 1.0, own.listed, own.cached,
-            shared.virial, shared.energy, now,
-        )  # fmt: skip
+            team, plan, beads, force, shared, own, search, 1.0, own.listed, now
+        )
         barrier(team)
         new_round(team)
         short = is_short(shared.need, room)
@@ -231,7 +218,7 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         if s + 1 < span.steps and plan.kick_waits and not sample_now:
             pending = times.kick
         elif span.steps > 0:
-            finish(team, plan, beads, force, image, own, mine, shared.excess, own.cached, now.keys)
+            finish(team, plan, beads, force, mine, shared, own, now.keys)
         if sample_now:
             take_sample(team, plan, beads, shared.sampled, taken)
             taken += 1
@@ -269,10 +256,9 @@ def is_short(need, room):
 
 
 @inlined(given="reference")
-def renew_list(
-    team, plan, x, reference, mine, listed, line, pairs, cells, need, room, sorted_now, first
-):
+def renew_list(team, plan, x, reference, mine, shared, own, sorted_now, first):
     """Make the list after a sort, and in a call's first step from the reference it was given."""
+    cells, need = shared.cells, shared.need[team.rank]
     if sorted_now:
         for i in range(mine.first, mine.end):
             copy_row(reference, i, x, i, plan.edges)
@@ -281,53 +267,45 @@ def renew_list(
     if sorted_now or first:
         barrier(team)
         need[OF_LINE] = longest_line(cells.most, plan.grid.base)
-        if need[OF_LINE] <= room[OF_LINE]:
-            search = Search(cells, plan.grid, line, pairs, plan.edges, plan.slide)
-            need[OF_LIST] = list_pairs(team, reference, search, 1.0 + plan.skin, listed)
+        if need[OF_LINE] <= own.room[OF_LINE]:
+            search = Search(cells, plan.grid, own.line, own.pairs, plan.edges, plan.slide)
+            need[OF_LIST] = list_pairs(team, reference, search, 1.0 + plan.skin, own.listed)
 
 
 @inlined(given="bonds")
-def add_bonded(team, plan, x, force, bonds, angles, slot, virial, energy, own, measure):
+def add_bonded(team, plan, x, force, bonds, shared, own, measure):
     """Add the forces of bonds and of the angles between them, batch by batch."""
-    batches = len(bonds.batch) - 1
+    batches, slot, edges, slide = len(bonds.batch) - 1, shared.slot, plan.edges, plan.slide
     task = next_task(team, BATCHES, 0, batches)
     while task < batches:
-        add_bonds(
-            force, x, slot, bonds.law, bonds.members, bonds.batch[task], bonds.batch[task + 1],
-            own.arms, virial[task], energy[task], measure, plan.edges, plan.slide,
+        virial, energy = shared.virial[task], shared.energy[task]
+        add_bonds(force, x, slot, bonds, task, own.arms, virial, energy, measure, edges, slide)
+        add_angles(
+            force, x, slot, plan.angles, task, own.arms, own.others, virial, energy, measure,
+            edges, slide,
         )  # fmt: skip
-        if angles is not None:
-            add_angles(
-                force, x, slot, angles.law, angles.members, angles.batch[task],
-                angles.batch[task + 1], own.arms, own.others, virial[task], energy[task], measure,
-                plan.edges, plan.slide,
-            )  # fmt: skip
         task = next_task(team, BATCHES, 0, batches)
 
 
 @inlined(given="density")
-def find_densities(team, plan, beads, mine, density, search, listed, virial, energy):
+def find_densities(team, plan, beads, mine, density, shared, own, search):
     for i in range(mine.first, mine.end):
         density[i] = 0.0
-    add_pairs(
-        team, plan, beads, None, density, search, plan.forces.many_body.range, listed, None,
-        virial, energy, None,
-    )  # fmt: skip
+    reach = plan.forces.many_body.range
+    add_pairs(team, plan, beads, None, shared, own, search, reach, own.listed, None)
     barrier(team)
     new_round(team)
     barrier(team)  # before anyone takes a task
 
 
 @inlined()
-def add_pairs(
-    team, plan, beads, force, density, search, cutoff, listed, cached, virial, energy, now
-):
+def add_pairs(team, plan, beads, force, shared, own, search, cutoff, listed, now):
     """Add the forces of pairs, block by block; return how many are cached, or need room for that.
 
     Pairs in the skin of a list have w = 0. Without a force, local densities are added up.
     """
     count = np.int64(0)
-    x, first_task = beads.position, virial.shape[0] - (len(plan.grid.blocks.piece) - 1)
+    x, first_task = beads.position, shared.virial.shape[0] - (len(plan.grid.blocks.piece) - 1)
     rows, piece, phases = plan.grid.blocks
     start, levels = search.cells.start, plan.grid.shape[len(plan.edges) - 1]
     for phase in range(len(phases) - 1):
@@ -341,10 +319,7 @@ def add_pairs(
                     at, end = place_of_piece(q, rows, start, levels)
                     while at.slot < end:
                         at, n = next_pairs(at, end, x, search, cutoff)
-                        count = add_some(
-                            plan, beads, force, density, search.pairs, n, virial[task],
-                            energy[task], cached, count, now,
-                        )  # fmt: skip
+                        count = add_some(plan, beads, force, shared, own, n, task, count, now)
                 block = next_task(team, BLOCKS + phase, first, last)
         else:
             for q in range(listed.phase[phase], listed.phase[phase + 1]):
@@ -353,31 +328,28 @@ def add_pairs(
                     n = listed_pairs(
                         first, end, x, listed.pairs, search.pairs, plan.edges, plan.slide
                     )
-                    count = add_some(
-                        plan, beads, force, density, search.pairs, n, virial[task],
-                        energy[task], cached, count, now,
-                    )  # fmt: skip
+                    count = add_some(plan, beads, force, shared, own, n, task, count, now)
                     first += np.int64(n)
-        close_phase(cached, phase, count)
+        close_phase(own.cached, phase, count)
     return count
 
 
 @inlined()
-def add_some(plan, beads, force, density, pairs, n, virial, energy, cached, count, now):
+def add_some(plan, beads, force, shared, own, n, task, count, now):
     pair, many_body, friction = plan.forces.pair, plan.forces.many_body, plan.forces.friction
-    edges, species = plan.edges, beads.species
+    edges, species, pairs = plan.edges, beads.species, own.pairs
     if force is None:
-        add_densities(density, pairs, n, many_body, edges)
+        add_densities(shared.density, pairs, n, many_body, edges)
         return count
-    gather_crowds(pairs, n, density)
-    gather_friction(
-        pairs, n, velocity_of_friction(beads.velocity, beads.predicted), beads.identity, species,
-        friction, edges, plan.slide, now.keys,
-    )  # fmt: skip
+    gather_crowds(pairs, n, shared.density)
+    v = velocity_of_friction(beads.velocity, beads.predicted)
+    gather_friction(pairs, n, v, beads, friction, edges, plan.slide, now.keys)
     add_pair_forces(force, pairs, n, species, pair, many_body, friction, edges)
     if now.measure:
-        measure_pairs(virial, energy, pairs, n, species, pair, many_body, edges)
-    return cache_pairs(cached, count, pairs, n, species, edges)
+        measure_pairs(
+            shared.virial[task], shared.energy[task], pairs, n, species, pair, many_body, edges
+        )
+    return cache_pairs(own.cached, count, pairs, n, species, edges)
 
 
 @inlined()
@@ -389,38 +361,28 @@ def velocity_of_friction(velocity, predicted):
 
 @inlined()
 def add_to_beads(team, plan, beads, force, mine, at_walls, near, now):
-    x, v = beads.position, velocity_of_friction(beads.velocity, beads.predicted)
-    identity, species, edges, forces = beads.identity, beads.species, plan.edges, plan.forces
-    add_bath(force, v, identity, species, mine, forces.langevin, near, now.keys, edges)
-    add_body_force(force, x, species, mine, forces.body_force)
-    add_walls(team, force, x, v, identity, species, mine, forces.walls, near, at_walls, now, edges)
-    divide_by_masses(force, species, mine, plan.mass)
+    v, forces = velocity_of_friction(beads.velocity, beads.predicted), plan.forces
+    add_bath(force, v, beads, mine, forces.langevin, near, now.keys, plan.edges)
+    add_body_force(force, beads.position, beads.species, mine, forces.body_force)
+    add_walls(team, force, v, beads, mine, forces.walls, near, at_walls, now, plan.edges)
+    divide_by_masses(force, beads.species, mine, plan.mass)
 
 
 @inlined()
-def finish(team, plan, beads, force, image, own, mine, excess, cached, keys):
+def finish(team, plan, beads, force, mine, shared, own, keys):
     """What a step does after the force: kick, friction again, exchange of momentum."""
-    x, v, edges, times = beads.position, beads.velocity, plan.edges, plan.times
-    add_rows(v, force, times.kick, mine)
-    take_friction_again(team, plan, beads, force, mine, cached, excess)
-    exchange_momentum(
-        v, cached, plan.forces.exchange, plan.mass, beads.identity, beads.species, own.pairs,
-        plan.dt, keys, edges,
-    )  # fmt: skip
-    second_half(
-        x, v, force, image, beads.identity, mine, own.wrap, times, edges, plan.slide,
-        plan.scheme.middle,
-    )  # fmt: skip
+    add_rows(beads.velocity, force, plan.times.kick, mine)
+    take_friction_again(team, plan, beads, force, mine, own.cached, shared.excess)
+    exchange = plan.forces.exchange
+    exchange_momentum(beads, own.cached, exchange, plan.mass, own.pairs, plan, keys)
+    second_half(beads, force, shared.image, mine, own.wrap, plan, plan.scheme.middle)
 
 
 @inlined()
 def take_sample(team, plan, beads, sampled, k):
     """Take sums over all beads and pairs after a step, as the k-th sample."""
     barrier(team)  # all have come to the end of the step
-    add_up_beads(
-        team, beads.position, beads.velocity, beads.species, plan.mass, plan.across, sampled,
-        plan.edges,
-    )  # fmt: skip
+    add_up_beads(team, beads, plan.mass, plan.across, sampled, plan.edges)
     barrier(team)
     if team.rank == 0:
         move_sums(sampled.moments, k, sampled.moments_of)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.bonded import angles_of, bonds_of, buffers_of
 from dpd.engine.cells import (
     cell_buffers,
     count_cells,
@@ -15,7 +14,6 @@ from dpd.engine.cells import (
     move_rows,
     share_cells,
 )
-from dpd.engine.pair import add_densities
 from dpd.engine.rows import empty_rows, rows_of
 from dpd.engine.search import (
     Search,
@@ -32,7 +30,7 @@ from dpd.jit import inlined, kernel
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from dpd.engine.state import State, System
+    from dpd.engine.state import State
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 CUTOFF = 1.0
@@ -53,7 +51,7 @@ def sorted_beads(position: np.ndarray, box: Sequence[float], cutoff: float) -> S
     x, edges, grid = rows_of(position), edges_of(box), grid_of(box, cutoff)
     ordered, bead, slide = empty_rows(*x.shape), np.empty(len(x), np.uint32), slide_of(box)
     cells = cell_buffers(grid, len(x), 1)
-    _sort(x, ordered, bead, *cells, grid.shape, edges, slide)
+    _sort(x, ordered, bead, cells, grid.shape, edges, slide)
     line = line_buffers(grid, int(longest_line(cells.most, grid.base)))
     return Sorted(
         x, ordered, bead, Search(cells, grid, line, pair_buffers(len(edges)), edges, slide)
@@ -61,8 +59,9 @@ def sorted_beads(position: np.ndarray, box: Sequence[float], cutoff: float) -> S
 
 
 @kernel()
-def _sort(x, ordered, bead, start, level, cell, along, place, free, most, shape, edges, slide):
+def _sort(x, ordered, bead, cells, shape, edges, slide):
     """Sort positions by cell; fill ``ordered``, ``bead`` and the arrays of `Cells`."""
+    start, level, cell, along, place, free, most = cells
     mine = Share(np.uint64(0), np.uint64(len(bead)))
     count_cells(x, mine, cell, along, free[0], edges, shape, slide)
     share_cells(start, free, most, shape[len(edges) - 1])
@@ -70,30 +69,6 @@ def _sort(x, ordered, bead, start, level, cell, along, place, free, most, shape,
     move_rows(x, ordered, mine, place, edges)
     for i in range(mine.first, mine.end):
         bead[place[i]] = np.uint32(i)
-
-
-def terms_of(system: System, beads: Sorted) -> tuple[Any, ...]:
-    """Density about the bead in each slot, bonds, angles, and room for slots and both arms.
-
-    None for what a system does without.
-    """
-    density, bonds, d = None, bonds_of(system), system.dimension
-    if system.many_body is not None:
-        density = np.zeros(len(beads.bead))
-        _add_densities(density, beads, system.many_body)
-    angles = angles_of(system, bonds)
-    slot = None if bonds is None else np.empty(len(beads.bead), np.uint32)
-    arms = buffers_of(d, bonds, angles, whole=True), buffers_of(d, angles, whole=True)
-    return density, bonds, angles, slot, *arms
-
-
-@kernel()
-def _add_densities(density, beads, law):
-    search = beads.search
-    at = first_place()
-    while at.slot < len(beads.bead):
-        at, n = next_pairs(at, len(beads.bead), beads.ordered, search, law.range)
-        add_densities(density, search.pairs, n, law, search.edges)
 
 
 def pair_histogram(

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dpd.engine.bonded import (
+    Angles,
+    Arms,
+    Bonds,
     add_angles,
     add_bonds,
     angle_curvature,
+    angles_of,
     bond_curvature,
+    bonds_of,
+    buffers_of,
     find_slots,
     gather,
     length,
@@ -18,8 +24,8 @@ from dpd.engine.bonded import (
 )
 from dpd.engine.external import add_wall_curvature
 from dpd.engine.integrate import of_bead
-from dpd.engine.pair import CLOSEST, gather_crowds, of_pair
-from dpd.engine.queries.pairs import sorted_beads, terms_of
+from dpd.engine.pair import CLOSEST, add_densities, gather_crowds, of_pair
+from dpd.engine.queries.pairs import Sorted, sorted_beads
 from dpd.engine.rows import push_apart, rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share
@@ -31,6 +37,49 @@ if TYPE_CHECKING:
 
 NORMAL, TANGENTIAL = 0, 1
 SHORTEST = 1e-12  # slices that a line has to cross to be cut: below it lies in one slice
+
+
+class Acting(NamedTuple):
+    """Conservative forces, and what their loops need; None for what a system does without."""
+
+    pair: Any
+    many_body: Any
+    density: np.ndarray | None  # (n,): about the bead in each slot
+    bonds: Bonds | None  # in one batch, as angles are
+    angles: Angles | None
+    identity: np.ndarray  # (n,) uint32
+    slot: np.ndarray | None  # (n,) uint32: where to put that of each identity
+    arms: Arms | None
+    others: Arms | None
+
+
+def acting_on(system: System, state: State, beads: Sorted) -> Acting:
+    density, bonds, d = None, _whole(bonds_of(system)), system.dimension
+    if system.many_body is not None:
+        density = np.zeros(len(beads.bead))
+        _add_densities(density, beads, system.many_body)
+    angles = None if bonds is None else _whole(angles_of(system, bonds))
+    slot = None if bonds is None else np.empty(len(beads.bead), np.uint32)
+    arms, others = buffers_of(d, bonds, angles), buffers_of(d, angles)
+    pair = system.forces.pair
+    return Acting(
+        pair, system.many_body, density, bonds, angles, state.identity, slot, arms, others
+    )
+
+
+def _whole(bonded):
+    """Bonds or angles in one batch."""
+    if bonded is None:
+        return None
+    return bonded._replace(batch=np.array([0, len(bonded.members)], np.int64))
+
+
+@kernel()
+def _add_densities(density, beads, law):
+    at = first_place()
+    while at.slot < len(beads.bead):
+        at, n = next_pairs(at, len(beads.bead), beads.ordered, beads.search, law.range)
+        add_densities(density, beads.search.pairs, n, law, beads.search.edges)
 
 
 class Slices(NamedTuple):
@@ -54,25 +103,21 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
     """
     beads, virial = sorted_beads(state.position, system.box, 1.0), np.zeros((2, 3, slices.number))
     species = None if state.species is None else state.species[beads.bead]
-    _add_virial(
-        virial.reshape(2, -1), beads, state.identity, species, system.forces.pair, system.many_body,
-        *terms_of(system, beads), slices,
-    )  # fmt: skip
+    _add_virial(virial.reshape(2, -1), beads, species, acting_on(system, state, beads), slices)
     virial[TANGENTIAL] /= system.dimension - 1
     return virial.sum(axis=1)  # of the box, and of an image on either side, where lines may end
 
 
 @kernel()
-def _add_virial(
-    virial, beads, identity, species, pair, many_body, density, bonds, angles, slot, arms, others,
-    slices,
-):  # fmt: skip
-    search, n_beads = beads.search, len(beads.bead)
-    pairs, edges = search.pairs, search.edges
+def _add_virial(virial, beads, species, acting, slices):
+    search, n_beads, pair = beads.search, len(beads.bead), acting.pair
+    pairs, edges, slot, arms, others = (
+        search.pairs, search.edges, acting.slot, acting.arms, acting.others,
+    )  # fmt: skip
     at = first_place()
     while at.slot < n_beads:
         at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
-        gather_crowds(pairs, n, density)
+        gather_crowds(pairs, n, acting.density)
         for p in range(n):
             pairs.repulsion[p] = of_pair(pair.repulsion, species, pairs.i[p], pairs.j[p])
         for p in range(n):
@@ -81,22 +126,21 @@ def _add_virial(
                 r2 += pairs.separation[k, p] * pairs.separation[k, p]
             r = np.sqrt(r2)
             push = force(pair, pairs.repulsion[p], r, max(0.0, 1.0 - r))
-            over_r = (push + force(many_body, pairs.crowd[p], r)) / r
+            over_r = (push + force(acting.many_body, pairs.crowd[p], r)) / r
             normal = over_r * pairs.separation[slices.axis, p] ** 2
             pairs.force_over_r[p], pairs.weight_over_r[p] = normal, over_r * r2 - normal
         for p in range(n):
             begin = beads.ordered[pairs.i[p], slices.axis]
             end = begin - pairs.separation[slices.axis, p]
             spread(virial, begin, end, pairs.force_over_r[p], pairs.weight_over_r[p], slices)
-    find_slots(slot, identity, Share(np.uint64(0), np.uint64(n_beads)))
-    spread_bonds(virial, beads.x, slot, bonds, arms, edges, slices)
-    spread_angles(virial, beads.x, slot, angles, arms, others, edges, slices)
+    find_slots(slot, acting.identity, Share(np.uint64(0), np.uint64(n_beads)))
+    spread_bonds(virial, beads.x, slot, acting.bonds, arms, edges, slices)
+    spread_angles(virial, beads.x, slot, acting.angles, arms, others, edges, slices)
 
 
 @inlined(given="bonds")
 def spread_bonds(virial, x, slot, bonds, arms, edges, slices):
-    n = np.uint64(len(bonds.members))
-    gather(arms, n, x, slot, bonds.members, np.uint64(0), 0, 1, edges, None)
+    _, n = gather(arms, bonds, 0, x, slot, 0, edges, None)
     for b in range(n):
         r, along = length(arms.apart, b, edges), arms.apart[slices.axis, b]
         over_r = force_over_r(law_of(bonds.law, b), r)
@@ -107,26 +151,21 @@ def spread_bonds(virial, x, slot, bonds, arms, edges, slices):
 
 @inlined(given="angles")
 def spread_angles(virial, x, slot, angles, arms, others, edges, slices):
-    n = np.uint64(len(angles.members))
-    gather(arms, n, x, slot, angles.members, np.uint64(0), 0, 1, edges, None)
-    gather(others, n, x, slot, angles.members, np.uint64(0), 2, 1, edges, None)
+    gather(arms, angles, 0, x, slot, 0, edges, None)
+    _, n = gather(others, angles, 0, x, slot, 2, edges, None)
     for a in range(n):
         at = opening(arms.apart, others.apart, a, edges)
         across = -force(law_of(angles.law, a), at.theta) * at.sine / (at.sine * at.sine + CLOSEST)
-        spread_arm(
-            virial, x, arms, others, a, across, at.cosine, at.over_i, at.over_k, edges, slices
-        )
-        spread_arm(
-            virial, x, others, arms, a, across, at.cosine, at.over_k, at.over_i, edges, slices
-        )
+        spread_arm(virial, x, arms, others, a, across, at, at.over_i, at.over_k, edges, slices)
+        spread_arm(virial, x, others, arms, a, across, at, at.over_k, at.over_i, edges, slices)
 
 
 @inlined()
-def spread_arm(virial, x, arm, other, a, across, cosine, over_arm, over_other, edges, slices):
+def spread_arm(virial, x, arm, other, a, across, at, over_arm, over_other, edges, slices):
     """Spread what an angle does along one of its bonds, from the outer bead to the middle one."""
     normal, every = 0.0, 0.0
     for k in range(len(edges)):
-        aside = other.apart[k, a] * over_other - cosine * arm.apart[k, a] * over_arm
+        aside = other.apart[k, a] * over_other - at.cosine * arm.apart[k, a] * over_arm
         push = across * over_arm * aside
         every += arm.apart[k, a] * push
         if k == slices.axis:
@@ -196,28 +235,23 @@ def force_and_curvature(system: System, state: State) -> np.ndarray:
     beads = sorted_beads(state.position, system.box, 1.0)
     total, d = np.zeros_like(beads.x), system.dimension
     slopes = None if system.many_body is None else np.zeros_like(beads.x)
-    laplacian = _laplacian(
-        total, slopes, beads, state.identity, state.species, system.forces.pair, system.many_body,
-        *terms_of(system, beads), system.walls, np.zeros((2, d, d)), np.zeros(2),
-    )  # fmt: skip
+    acting, unused = acting_on(system, state, beads), (np.zeros((2, d, d)), np.zeros(2))
+    laplacian = _laplacian(total, slopes, beads, state.species, acting, system.walls, *unused)
     if slopes is not None:  # of each bead's density, by its own place
         laplacian += (slopes * slopes).sum()
     return np.array([(total * total).sum(), laplacian])
 
 
 @kernel()
-def _laplacian(
-    total, slopes, beads, identity, species, pair, many_body, density, bonds, angles, slot, arms,
-    others, walls, virial, sums,
-):  # fmt: skip
+def _laplacian(total, slopes, beads, species, acting, walls, virial, sums):
     """Add up all forces, by the number of the bead; return the Laplacian of the potential."""
-    search = beads.search
+    search, pair, many_body = beads.search, acting.pair, acting.many_body
     pairs, edges, n_beads = search.pairs, search.edges, np.uint64(len(beads.bead))
-    laplacian = 0.0
+    slot, arms, others, laplacian = acting.slot, acting.arms, acting.others, 0.0
     at = first_place()
     while at.slot < n_beads:
         at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
-        gather_crowds(pairs, n, density)
+        gather_crowds(pairs, n, acting.density)
         for p in range(n):
             i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
             r2 = CLOSEST
@@ -232,10 +266,13 @@ def _laplacian(
             laplacian += 2.0 * (bent - (len(edges) - 1) * over_r)
             push_apart(total, i, j, over_r, pairs.separation, p, edges)
             laplacian += add_slopes(slopes, many_body, i, j, r, pairs.separation, p, edges)
-    find_slots(slot, identity, Share(np.uint64(0), n_beads))
-    add_bonded(total, beads.x, slot, bonds, angles, arms, others, virial, sums, edges)
-    laplacian += bond_curvature(beads.x, slot, bonds, arms, edges)
-    laplacian += angle_curvature(beads.x, slot, angles, arms, others, edges)
+    find_slots(slot, acting.identity, Share(np.uint64(0), n_beads))
+    add_bonds(total, beads.x, slot, acting.bonds, 0, arms, virial, sums, False, edges, None)
+    add_angles(
+        total, beads.x, slot, acting.angles, 0, arms, others, virial, sums, False, edges, None
+    )
+    laplacian += bond_curvature(beads.x, slot, acting.bonds, arms, edges)
+    laplacian += angle_curvature(beads.x, slot, acting.angles, arms, others, edges)
     return laplacian + add_wall_curvature(total, beads.x, species, walls)
 
 
@@ -247,16 +284,3 @@ def add_slopes(slopes, many_body, i, j, r, separation, p, edges):
     steep = slope(many_body, r)
     push_apart(slopes, i, j, steep / r, separation, p, edges)
     return 2.0 * steep * steep
-
-
-@inlined(given="arms")
-def add_bonded(total, x, slot, bonds, angles, arms, others, virial, sums, edges):
-    add_bonds(
-        total, x, slot, bonds.law, bonds.members, 0, len(bonds.members), arms, virial, sums,
-        False, edges, None,
-    )  # fmt: skip
-    if angles is not None:
-        add_angles(
-            total, x, slot, angles.law, angles.members, 0, len(angles.members), arms, others,
-            virial, sums, False, edges, None,
-        )  # fmt: skip
