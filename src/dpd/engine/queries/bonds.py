@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 ROOM = 1024  # pairs found, at first
 SLACK = 1e-9  # in r_c and relative, so that bonds which only touch end to end are looked at
 HALVINGS = 30  # of the time at which two bonds lie in one plane
-# Columns of what is known of a bond: where its first end is, relative to its middle half way, and
-# its second one, relative to that; how both change; and the farthest that an end gets.
+PIECE = 0.6  # r_c at most: bonds are looked for by such pieces; whole ones take six times as long
+# Columns of what is known of a piece: where its bond's first end is, relative to the middle of the
+# piece half way, and the second end, relative to that; how both change; and its farthest point.
 END, MOVE, BOND, TURN, RADIUS = 0, 3, 6, 9, 12
 
 
@@ -129,48 +130,55 @@ def passed_bonds(
     """
     if not len(members):
         return np.empty((2, 0), np.uint32)
-    middle, known = np.empty((3, len(members))), np.empty((len(members), RADIUS + 1))
-    longest = _follow(middle, known, before, after, members, edges_of(box))
-    refuse_longer(longest, box, "passes")
-    reach = min(2 * float(known[:, RADIUS].max()), 0.5 * min(box))
+    bond = nearest(before[:, members[:, 1]] - before[:, members[:, 0]], box)
+    length = np.sqrt((bond**2).sum(axis=0))
+    refuse_longer(float(length.max()), box, "passes")
+    pieces = np.maximum(np.ceil(length / PIECE), 1).astype(int)
+    owner, half = (np.repeat(each, pieces) for each in (np.arange(len(pieces)), 0.5 / pieces))
+    number = np.arange(len(owner)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    share = (2 * number + 1) * half
+    middle, known = np.empty((3, len(owner))), np.empty((len(owner), RADIUS + 1))
+    _follow(middle, known, before, after, members[owner], share, half, edges_of(box))
+    radius = known[:, RADIUS].copy()
+    reach = min(2 * float(radius.max()), 0.5 * min(box))
     middles = sorted_beads(middle, box, max(reach, SMALLEST_CELL))
-    return all_found(_passed, middles, known[middles.bead], members, reach)
+    found = all_found(_passed, middles, known, radius[middles.bead], members, owner, reach)
+    return np.unique(found, axis=1)  # a pass where two pieces end is found by both
 
 
 @kernel()
-def _follow(middle, known, before, after, members, edges):
-    """Find how bonds move, and the length of the longest.
+def _follow(middle, known, before, after, members, share, half, edges):
+    """Find how pieces of bonds move: from ``share - half`` to ``share + half`` of each bond.
 
-    Where the middle of a bond is half way, in the box, decides which image of another one is near.
+    Where the middle of a piece is half way, in the box, decides which image of another one is near.
     """
-    longest = 0.0
     for b in range(len(members)):
-        length, one, other, one_after, other_after = 0.0, 0.0, 0.0, 0.0, 0.0
+        far = 0.0, 0.0, 0.0, 0.0  # squared, of both ends of the piece, at the begin and at the end
         for k in range(len(edges)):
             edge, here = edges[k], before[k, members[b, 0]]
             there = before[k, members[b, 1]]
             bond = nearest_image(there - here, edge)
-            first = nearest_image(after[k, members[b, 0]] - here, edge)
-            second = nearest_image(after[k, members[b, 1]] - there, edge)
-            half = 0.5 * bond + 0.25 * (first + second)
-            place = here + half
+            move = nearest_image(after[k, members[b, 0]] - here, edge)
+            turn = nearest_image(after[k, members[b, 1]] - there, edge) - move
+            centre = share[b] * bond + 0.5 * (move + share[b] * turn)
+            place = here + centre
             place -= edge * np.floor(place / edge)
             middle[k, b] = place if place < edge else 0.0
-            known[b, END + k], known[b, MOVE + k] = -half, first
-            known[b, BOND + k], known[b, TURN + k] = bond, second - first
-            length += bond * bond
-            one += half * half
-            other += (bond - half) ** 2
-            one_after += (first - half) ** 2
-            other_after += (bond - half + second) ** 2
-        known[b, RADIUS] = np.sqrt(max(one, other, one_after, other_after))
-        longest = max(longest, length)
-    return np.sqrt(longest)
+            known[b, END + k], known[b, MOVE + k] = -centre, move
+            known[b, BOND + k], known[b, TURN + k] = bond, turn
+            low, high = share[b] - half[b], share[b] + half[b]
+            far = (
+                far[0] + (low * bond - centre) ** 2,
+                far[1] + (high * bond - centre) ** 2,
+                far[2] + (low * (bond + turn) + move - centre) ** 2,
+                far[3] + (high * (bond + turn) + move - centre) ** 2,
+            )
+        known[b, RADIUS] = np.sqrt(max(far))
 
 
 @inlined()
 def line_up(x, known, i, j, t):
-    """`Met` of bonds in slots i and j at time t; ``x`` leads from the middle of j to that of i."""
+    """`Met` of the bonds of pieces i and j at time t; ``x`` is from middle j to middle i."""
     w0 = x[0] + place(known, i, 0, t) - place(known, j, 0, t)
     w1 = x[1] + place(known, i, 1, t) - place(known, j, 1, t)
     w2 = x[2] + place(known, i, 2, t) - place(known, j, 2, t)
@@ -200,24 +208,26 @@ def along(known, i, k, t):
 
 
 @kernel()
-def _passed(found, middles, known, members, reach):
+def _passed(found, middles, known, radius, members, owner, reach):
     """Fill ``found``, as far as there is room, and return how many there are."""
     search = middles.search
-    pairs, number, bonds, total = search.pairs, middles.bead, len(middles.bead), 0
+    pairs, pieces, total = search.pairs, len(middles.bead), 0
     at = first_place()
-    while at.slot < bonds:
-        at, n = next_pairs(at, bonds, middles.ordered, search, reach)
+    while at.slot < pieces:
+        at, n = next_pairs(at, pieces, middles.ordered, search, reach)
         for s in range(n):
             i, j, apart = pairs.i[s], pairs.j[s], pairs.separation
             x = apart[0, s], apart[1, s], apart[2, s]
-            # The search takes all bonds for as long as the longest one.
-            both = known[i, RADIUS] + known[j, RADIUS]
+            # The search takes all pieces for as large as the largest one.
+            both = radius[i] + radius[j]
             if x[0] * x[0] + x[1] * x[1] + x[2] * x[2] > both * both:
                 continue
+            i, j = middles.bead[i], middles.bead[j]
             low_sign = line_up(x, known, i, j, 0.0).triple
             if low_sign * line_up(x, known, i, j, 1.0).triple >= 0.0:
                 continue
-            if share_a_bead(members, number[i], number[j]):
+            one, other = owner[i], owner[j]
+            if share_a_bead(members, one, other):
                 continue
             low, high = 0.0, 1.0
             for _ in range(HALVINGS):
@@ -228,5 +238,5 @@ def _passed(found, middles, known, members, reach):
                     high = t
             met = line_up(x, known, i, j, 0.5 * (low + high))
             if 0.0 <= met.on_one <= 1.0 and 0.0 <= met.on_other <= 1.0:
-                total = note_pair(found, total, number[i], number[j])
+                total = note_pair(found, total, one, other)
     return total
