@@ -8,7 +8,7 @@ from dpd.engine.space import nearest
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.laws import stretched_share
-from dpd.observe.common.measured import stretched
+from dpd.observe.common.measured import reaching_over
 from dpd.physics.bond import BondLaw
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
@@ -94,12 +94,12 @@ def test_what_is_counted():
     position = np.array([[0.1, 2.0, 1.0, 3.1, 0.1, 3.9], [0.1, 0.1, 0.1, 2.8, 0.1, 0.1]])
     members = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [4, 5]], np.uint32)
     # Along x 1.9, 1, 1.9, 1, 0.2 (limit 1.92), along y 0, 0, 2.7, 2.7, 0 (limit 2.88).
-    assert stretched(bonds_of(position, members, box), box) == 0
+    assert reaching_over(bonds_of(position, members, box), box) == 0
     position[0, 1] = 2.05
-    assert stretched(bonds_of(position, members, box), box) == 1
+    assert reaching_over(bonds_of(position, members, box), box) == 1
     for y in (2.99, 3.11):  # before and after both flip
         position[1, 3] = y
-        assert stretched(bonds_of(position, members, box), box) == 3
+        assert reaching_over(bonds_of(position, members, box), box) == 3
 
 
 BOX = 6.2  # the smallest in which these dimers are not refused

@@ -200,8 +200,6 @@ def test_one_angle_for_all():
         ({"angle": {"stiffness": 3}} | only("A 2"), ["angle", "three beads"]),
         ({"angle": {"stiffness": 3}, "integrator": {"scheme": "auto"}}, ["auto", "angles"]),
         ({"observe": ["end_to_end"]} | only("A (A) (A) A"), ["observe", "'end_to_end'", "linear"]),
-        ({"observe": ["end_points"]} | only("A " + "(A) " * 2999),
-         ["observe", "'end_points'", "pairs of ends", "<= 10000000"]),
         ({"dimension": 2, "box": 9, "start": {"method": "polymerize"}},
          ["start.method", "polymerize", COMB, "branches"]),
     ],

@@ -7,7 +7,7 @@ from matplotlib.collections import LineCollection
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import jackknife
 from dpd.analysis.verdicts import Measured
-from dpd.observe.chains import sizes, unwrapped
+from dpd.observe.chains import sizes
 from dpd.report.style import mpl, panels
 from paper_figures.liu_2008.shared import PAPER_LENGTH
 
@@ -36,7 +36,9 @@ def compute(sweeps):
     box = np.array(first_scene(at).box)
     beads = int(at.beads)
     place = at.position.values[:, :beads].reshape(2, -1, length)
-    chains = unwrapped(place, tuple(box))
+    steps, edges = np.diff(place, axis=2), box[:, None, None]
+    steps -= edges * np.round(steps / edges)  # to the nearest image of the bead before
+    chains = np.concatenate([place[:, :, :1], steps], axis=2).cumsum(axis=2)
     gyration, across = sizes(chains)
     return xr.Dataset(
         {

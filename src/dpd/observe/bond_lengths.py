@@ -19,12 +19,9 @@ class PairBondLengths(Binned, key="bond_lengths"):
     needs_bonds = True
     gives = {
         "pair_bond_density": (
-            ("block", "bond_pair", "pair_bond_length"), "1 / r_c",
-            "density of bond lengths of each pair of species",
+            ("block", "bond_pair", "pair_bond_length"), "1 / r_c", "density of bond lengths",
         ),
-        "pair_bond_mean": (
-            ("block", "bond_pair"), "r_c", "mean bond length of each pair of species",
-        ),
+        "pair_bond_mean": (("block", "bond_pair"), "r_c", "mean bond length"),
     }  # fmt: skip
 
     range: float = setting("End of the distribution.", 5.0, unit="r_c", gt=0, le=1000)

@@ -19,10 +19,8 @@ class Chains(Observable, key="chains"):
     gives = {
         "gyration_square": (("block", "kind"), "r_c^2", "squared radius of gyration"),
         "end_to_end_square": (("block", "kind"), "r_c^2", "squared end-to-end distance"),
-        "ends_square": (
-            ("block", "kind"), "r_c^2", "squared distance of ends, mean over all pairs",
-        ),
-    }  # fmt: skip
+        "ends_square": (("block", "kind"), "r_c^2", "squared distance of ends, mean over pairs"),
+    }
 
     def given(self, scene: Any) -> dict[str, Given]:
         found = super().given(scene)
@@ -40,14 +38,6 @@ class Chains(Observable, key="chains"):
     def finish(self, scene: Any, found: dict[str, Any]) -> Any:
         found["end_to_end_square"][:, [not kind.is_linear for kind in scene.molecules]] = np.nan
         return found
-
-
-def unwrapped(beads: np.ndarray, box: tuple[float, ...]) -> np.ndarray:
-    """(dimension, molecules, length) array: chains in one piece, beads nearest to those before."""
-    from dpd.engine.space import nearest
-
-    steps = nearest(np.diff(beads, axis=2), box)
-    return np.concatenate([beads[:, :, :1], steps], axis=2).cumsum(axis=2)
 
 
 def sizes(molecules: np.ndarray, ends: Any = (0, -1)) -> tuple[float, float]:

@@ -15,21 +15,18 @@ class Clusters(Observable, key="clusters"):
     instead, whether they are bonded or not. Of clusters with n_i molecules or beads the
     number-averaged size is the mean of n_i, the weight-averaged one the sum of n_i^2 over that of
     n_i. Both are 0 where no cluster is as large as `least`. A sample takes as long as 25 steps of a
-    melt; micelles live longer than the 10 tau between two of them.
+    melt; micelles live longer than the 20 tau between two of them.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval = 10.0
+    interval = 20.0
     gives = {
         "clusters": (("sample",), "1", "number of clusters"),
         "cluster_mean": (("sample",), "1", "number-averaged size of clusters"),
         "cluster_weighted": (("sample",), "1", "weight-averaged size of clusters"),
         "cluster_largest": (("sample",), "1", "size of the largest cluster"),
-        "cluster_density": (
-            ("block", "cluster_size"), "1 / r_c^dimension",
-            "number density of clusters of each size in blocks of the run",
-        ),
-    }  # fmt: skip
+        "cluster_density": (("block", "cluster_size"), "1 / r_c^dimension", "density by size"),
+    }
 
     of: list[Species] = setting(
         "The species by which they touch, as [T]; if not given, those of molecules of several "

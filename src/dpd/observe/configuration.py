@@ -14,11 +14,9 @@ class Configuration(Observable, key="configuration"):
     stands = frozenset(Change)
     gives = {
         "position": (("last", "axis", "bead"), "r_c", "positions at the end, in the box"),
-        "box_tilt": (
-            ("last", "tilt"), "1", "tilt factors xy, xz and yz of the lattice of its images",
-        ),
+        "box_tilt": (("last", "tilt"), "1", "tilt factors xy, xz, yz of the lattice of images"),
         "box_edges": (("last", "axis"), "r_c", "edges of that box"),
-    }  # fmt: skip
+    }
     only_with = {"box_tilt": Change.SLIDES, "box_edges": Change.STRETCHES}
 
     every: int = interval_setting(

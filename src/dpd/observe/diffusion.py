@@ -20,15 +20,9 @@ class Diffusion(Observable, key="diffusion"):
     stands = frozenset(Change) - {Change.PACE}
     from_first = True
     gives = {
-        "diffusion_bead": (
-            ("sample", "species"), "r_c^2 / tau",
-            "squared displacement of beads over 2 dimension t",
-        ),
-        "diffusion_molecule": (
-            ("sample", "kind"), "r_c^2 / tau",
-            "squared displacement of centres of molecules over 2 dimension t",
-        ),
-    }  # fmt: skip
+        "diffusion_bead": (("sample", "species"), "r_c^2 / tau", "D(t) of beads"),
+        "diffusion_molecule": (("sample", "kind"), "r_c^2 / tau", "D(t) of centres of molecules"),
+    }
 
     def keeps(self, scene: Any) -> Any:
         return followed(scene)

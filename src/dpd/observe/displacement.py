@@ -23,15 +23,9 @@ class Displacement(Observable, key="displacement"):
         "msd_inner": (("lag", "molecule"), "r_c^2", "displacement of innermost beads, squared"),
         "msd_centre": (("lag", "molecule"), "r_c^2", "displacement of centres of mass, squared"),
         "lag_samples": (("part", "lag"), "1", "pairs of samples ending in each part of the run"),
-        "msd_inner_sums": (
-            ("part", "lag"), "r_c^2",
-            "their squared displacements of innermost beads, mean over molecules, summed",
-        ),
-        "msd_centre_sums": (
-            ("part", "lag"), "r_c^2",
-            "their squared displacements of centres of mass, mean over molecules, summed",
-        ),
-    }  # fmt: skip
+        "msd_inner_sums": (("part", "lag"), "r_c^2", "sums over them of means over molecules"),
+        "msd_centre_sums": (("part", "lag"), "r_c^2", "sums over them of means over molecules"),
+    }
 
     def axes(self, scene: Any) -> Any:
         return {"point": len(self.inner(scene)) + int(max(scene.lengths) > 1)}

@@ -5,9 +5,7 @@ from typing import Any
 import numpy as np
 
 from dpd.observe.common.bins import Binned
-from dpd.page import Change, Refusals, setting
-
-MOST_PAIRS = 10**7  # of ends, in each sample: half a gigabyte
+from dpd.page import Change, setting
 
 
 class EndPoints(Binned, key="end_points"):
@@ -18,26 +16,17 @@ class EndPoints(Binned, key="end_points"):
     """
 
     stands = frozenset(Change)
-    needs_bonds = True
+    interval, needs_bonds = 1.6, True
     gives = {
-        "end_density": (
-            ("block", "kind", "end_distance"), "1 / r_c",
-            "density of the distance between two ends of a molecule",
-        ),
+        "end_density": (("block", "kind", "end_distance"), "1 / r_c", "density of the distance"),
         "end_beyond": (("block", "kind"), "1", "share of distances beyond the range"),
-    }  # fmt: skip
+    }
 
     range: float = setting("End of the distribution.", 20.0, unit="r_c", gt=0, le=10000)
     bin: float = setting("Largest width of a bin.", 0.1, unit="r_c", ge=0.0001, le=10)
 
     def axes(self, scene: Any) -> Any:
         return {"end_distance": (self.middles(), "r_c", "distance between two ends")}
-
-    def refuses(self, scene: Any) -> Refusals:
-        pairs = sum(k.count * len(k.ends) * (len(k.ends) - 1) // 2 for k in scene.molecules)
-        if pairs > MOST_PAIRS:
-            text = f"{self.key!r} would look at {pairs:.3g} pairs of ends of branched molecules"
-            yield "", f"{text}; allowed: <= {MOST_PAIRS}"
 
     def measure(self, now: Any) -> Any:
         kinds = now.scene.molecules

@@ -23,11 +23,8 @@ class Mixing(Observable, key="mixing"):
     stands = frozenset(Change) - {Change.SLIDES}
     interval = 2.0
     gives = {
-        "short_range_order": (
-            ("sample", "unlike_pair"), "1",
-            "Warren-Cowley order of neighbours within r_c: 0 mixed at random, 1 apart",
-        ),
-    }  # fmt: skip
+        "short_range_order": (("sample", "unlike_pair"), "1", "0 mixed at random, 1 apart"),
+    }
 
     def refuses(self, scene: Any) -> Refusals:
         if len(scene.species) < 2:

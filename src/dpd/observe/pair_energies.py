@@ -20,11 +20,8 @@ class PairEnergies(Observable, key="pair_energies"):
     interval = 2.0
     cannot = {Change.JUMPS: "knows the soft repulsion alone"}
     gives = {
-        "energy_of_pair": (
-            ("block", "energy_pair"), "kT",
-            "energy of the soft repulsion of two species, in blocks of the run",
-        ),
-    }  # fmt: skip
+        "energy_of_pair": (("block", "energy_pair"), "kT", "energy of the soft repulsion"),
+    }
 
     def axes(self, scene: Any) -> Any:
         pairs = np.transpose(np.triu_indices(len(scene.species)))

@@ -15,10 +15,8 @@ class Profile(Layered, key="profile"):
     along = "z"
     gives = {
         "z": (("run", "z"), "r_c", "position along the axis"),
-        "density_profile": (
-            ("block", "species", "z"), "1 / r_c^dimension", "number density in blocks of the run",
-        ),
-    }  # fmt: skip
+        "density_profile": (("block", "species", "z"), "1 / r_c^dimension", "number density"),
+    }
     only_with = {"z": Change.STRETCHES}  # the mean box; another stays
 
     def measure(self, now: Any) -> Any:

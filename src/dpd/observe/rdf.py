@@ -30,11 +30,9 @@ class RadialDistribution(Binned, key="rdf"):
     }
     whole = round
     gives = {
-        "rdf": (("block", "r"), "1", "radial distribution function g(r) in blocks of the run"),
-        "rdf_of_pair": (
-            ("block", "rdf_pair", "r"), "1", "g(r) of two species in blocks of the run",
-        ),
-    }  # fmt: skip
+        "rdf": (("block", "r"), "1", "radial distribution function g(r)"),
+        "rdf_of_pair": (("block", "rdf_pair", "r"), "1", "g(r) of two species"),
+    }
 
     every: int = interval_setting(
         "Steps between samples. If not given, those of 0.8 tau, or 12 range^dimension if they are "
@@ -55,9 +53,9 @@ class RadialDistribution(Binned, key="rdf"):
 
     def axes(self, scene: Any) -> Any:
         found = {"r": (self.middles(), "r_c", "distance")}
-        return found | (
-            {"rdf_pair": species_pairs(scene, self.pairs(scene))} if self.species else {}
-        )
+        if self.species:
+            found["rdf_pair"] = species_pairs(scene, self.pairs(scene))
+        return found
 
     def refuses(self, scene: Any) -> Refusals:
         half = min(scene.box) / 2

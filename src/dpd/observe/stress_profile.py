@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.bins import Layered
+from dpd.observe.common.bins import PRESSURE, Layered
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.page import Change, Given
 
@@ -26,23 +26,14 @@ class StressProfile(Layered, key="stress_profile"):
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval = 2.0
+    interval = 4.0
     along = "slice"
     gives = {
         "slice": (("run", "slice"), "r_c", "position along the axis"),
-        "normal_pressure_profile": (
-            ("block", "slice"), "kT / r_c^dimension",
-            "pressure along the axis in a slice, conservative forces, in blocks of the run",
-        ),
-        "tangential_pressure_profile": (
-            ("block", "slice"), "kT / r_c^dimension",
-            "pressure across the axis in a slice, conservative forces, in blocks of the run",
-        ),
-        "wall_pressure_profile": (
-            ("block", "slice"), "kT / r_c^dimension",
-            "what walls add to the pressure along the axis in a slice, in blocks of the run",
-        ),
-    }  # fmt: skip
+        "normal_pressure_profile": (("block", "slice"), PRESSURE, "pressure along the axis"),
+        "tangential_pressure_profile": (("block", "slice"), PRESSURE, "pressure across the axis"),
+        "wall_pressure_profile": (("block", "slice"), PRESSURE, "what walls add along the axis"),
+    }
     only_with = {"slice": Change.STRETCHES}  # the mean box; another stays
 
     def given(self, scene: Any) -> dict[str, Given]:

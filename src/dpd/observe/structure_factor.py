@@ -50,20 +50,14 @@ class StructureFactor(Observable, key="structure_factor"):
 
     stands = frozenset(Change) - {Change.SLIDES, Change.ENDS}
     cannot = {Change.STRETCHES: "belongs to the wave vectors of a box, and those change"}
-    interval = 4.0
+    interval = 6.0
     gives = {
-        "structure_factor": (
-            ("block", "species_pair", "q"), "1",
-            "partial structure factor (Ashcroft and Langreth) in shells, blocks of the run",
-        ),
-        "structure_factor_wave": (
-            ("block", "species_pair", "wave"), "1",
-            "partial structure factor at each wave vector in blocks of the run",
-        ),
-    }  # fmt: skip
+        "structure_factor": (("block", "species_pair", "q"), "1", "partial structure factor"),
+        "structure_factor_wave": (("block", "species_pair", "wave"), "1", "at each wave vector"),
+    }
 
     every: int = interval_setting(
-        "Steps between samples. If not given, those of 4 tau, or as many as keep it to a twentieth "
+        "Steps between samples. If not given, those of 6 tau, or as many as keep it to a twentieth "
         "of the run's time."
     )
     max: float = setting(

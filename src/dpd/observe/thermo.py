@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from dpd.observe.common.bins import PRESSURE
 from dpd.observe.common.thermal import ThermalMotion
 from dpd.page import Change, Given, Observable, setting
 
-PRESSURE = "kT / r_c^dimension"
 WITHOUT_FORCES = ("kT", "momentum", "volume")
 
 
@@ -41,14 +41,8 @@ class Thermo(Observable, key="thermo"):
         "kT": (("sample",), "kT", "kinetic temperature per degree of freedom"),
         "momentum": (("sample", "axis"), "m r_c / tau", "total momentum"),
         "volume": (("sample",), "r_c^dimension", "volume of the box"),
-        "excess_conservative": (
-            ("sample",), PRESSURE,
-            "excess pressure, conservative virial over dimension times volume",
-        ),
-        "excess_all": (
-            ("sample",), PRESSURE,
-            "excess pressure, virial of all forces over dimension times volume",
-        ),
+        "excess_conservative": (("sample",), PRESSURE, "excess pressure, conservative virial"),
+        "excess_all": (("sample",), PRESSURE, "excess pressure, virial of all forces"),
         "pressure_tensor": (
             ("sample", "axis", "axis2"), PRESSURE, "pressure tensor, conservative forces",
         ),

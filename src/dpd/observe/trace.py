@@ -22,10 +22,8 @@ class Trace(Observable, key="trace"):
     }
     over = {"sample": ("moment", "trace_time")}
     gives = {
-        "trace": (
-            ("sample", "axis", "monomer"), "r_c", "positions of the first molecule in one piece",
-        ),
-    }  # fmt: skip
+        "trace": (("sample", "axis", "monomer"), "r_c", "positions of the first molecule"),
+    }
 
     def axes(self, scene: Any) -> Any:
         return {"monomer": len(scene.molecules[0].beads)}

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, Refusals, once, setting
+from dpd.page import Change, Observable, once, setting
 
 
 class Trajectory(Observable, key="trajectory"):
@@ -29,10 +29,6 @@ class Trajectory(Observable, key="trajectory"):
         "Whether there are frames from the beginning of the run on, and not only where it samples.",
         False,
     )
-
-    def conflicts(self) -> Refusals:
-        if self.species and len(set(self.species)) < len(self.species):
-            yield "species", "names a species twice; keep one"
 
     def watched(self, scene: Any) -> int:
         return sum(scene.steps) if self.equilibration else int(scene.steps.sample)

@@ -21,20 +21,11 @@ class VelocityProfile(Layered, key="velocity_profile"):
     stands = frozenset(Change)
     along = "layer"
     gives = {
-        "velocity_profile": (
-            ("block", "axis", "layer"), "r_c / tau",
-            "mean velocity of the beads of a layer in blocks of the run",
-        ),
-        "temperature_profile": (
-            ("block", "layer"), "kT",
-            "their temperature <m (v - u)^2>/dimension about the mean velocity u of the run",
-        ),
-        "bead_profile": (
-            ("block", "layer"), "1 / r_c^dimension",
-            "number density of all beads in a layer in blocks of the run",
-        ),
+        "velocity_profile": (("block", "axis", "layer"), "r_c / tau", "mean velocity of beads"),
+        "temperature_profile": (("block", "layer"), "kT", "temperature about the mean velocity"),
+        "bead_profile": (("block", "layer"), "1 / r_c^dimension", "number density of all beads"),
         "_mass": (("block", "layer"), "m", "mass of these beads"),
-    }  # fmt: skip
+    }
 
     def measure(self, now: Any) -> Any:
         layers, velocity, species = self.layers(now.scene), now.state.velocity, now.state.species

@@ -4,29 +4,24 @@ from typing import Any
 
 import numpy as np
 
+from dpd.observe.common.bins import PRESSURE
 from dpd.page import Change, Observable, Refusals
 
 
 class WallForces(Observable, key="walls"):
-    """What beads do to each wall per area, over time.
+    """What beads do to each wall per area, over time: conservative force, friction and noise.
 
-    The mean of the conservative force is the pressure of the fluid normal to the wall. The mean of
-    the friction along a wall is the shear stress there.
+    The mean of the first, outwards, is the pressure of the fluid normal to the wall; the mean of
+    the second along a wall is the shear stress there.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
     interval, of_sums = 0.16, True
     over = {"sample": ("wall_sample", "wall_time")}
     gives = {
-        "wall_pressure": (
-            ("sample", "wall"), "kT / r_c^dimension",
-            "conservative force of the beads on each wall per area, outwards",
-        ),
-        "wall_friction": (
-            ("sample", "wall", "axis"), "kT / r_c^dimension",
-            "friction and noise of the beads on each wall per area, along each axis",
-        ),
-    }  # fmt: skip
+        "wall_pressure": (("sample", "wall"), PRESSURE, "force on each wall per area"),
+        "wall_friction": (("sample", "wall", "axis"), PRESSURE, "friction on each wall per area"),
+    }
 
     def refuses(self, scene: Any) -> Refusals:
         if not scene.ended:

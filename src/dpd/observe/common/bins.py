@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 CUTOFF = 1.0
+PRESSURE = "kT / r_c^dimension"
 
 
 def species_pairs(scene: Scene, pairs: Iterable[Any], text: str = "pair of species") -> Any:
@@ -86,8 +87,7 @@ class Layers:
 
     def of(self, now: Snapshot) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""
-        layer = self.places(now).astype(np.int64)
-        return np.minimum(layer, self.count - 1, out=layer)
+        return np.minimum(self.places(now).astype(np.int64), self.count - 1)
 
     def places(self, now: Snapshot) -> np.ndarray:
         """(n,) array: where each bead is, in layers from the lower end of the first one."""

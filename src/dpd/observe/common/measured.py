@@ -63,18 +63,13 @@ def _refuse_names_taken_twice(asked):
     """Refuse a page of one's own whose variables or coordinates have the names of others."""
     found = {each.key: each.variables() for each in asked}
     for own in found.keys() - pages(Observable):
-        others = {n: each for key in found.keys() - {own} for n, each in found[key].items()}
-        for name, variable in found[own].items():
-            if name.startswith("last_") or (
-                name in others and not _is_same(variable, others[name])
-            ):
+        others = {name: one for key in found.keys() - {own} for name, one in found[key].items()}
+        for name, (dimensions, values, *_) in found[own].items():
+            other = others.get(name)  # the same coordinate, as that of species, may be there twice
+            same = other and dimensions == other[0] != () and np.array_equal(values, other[1])
+            if name.startswith("last_") or (other and not same):
                 text = f"{name!r} is a variable of another observable, or of the last configuration"
                 raise UserError(f"observe.{own}: {text}; take another name")
-
-
-def _is_same(one, other):
-    """Whether both are the same coordinate, as that of species."""
-    return one[0] == other[0] and len(one[1]) > 0 and np.array_equal(one[1], other[1])
 
 
 class Measured:
@@ -250,12 +245,10 @@ class MeasuredSums(Measured):
 class Stretch(Observable, key="stretch"):
     """Ends a run in which bonds reach across half the box more than once in a while.
 
-    Bonds pull at their nearest image. One that grows longer than half an edge along an axis flips
-    to another image of its bead, and lengths, pressures and sizes of chains come out too small.
+    A bond that grows longer than half an edge along an axis flips to another image of its bead.
     Before it does, and after it has, it reaches over 48 % of the edge. As long as a share of less
     than `MOST_STRETCHED` of all bonds is found so, the mean square length of harmonic bonds without
-    a rest length is less than 3e-4 too small, and that of stiffer ones less. What a hot start does
-    leaves nothing behind, as a bond remembers no image.
+    a rest length is less than 3e-4 too small, and that of stiffer ones less.
     """
 
     def keeps(self, scene: Any) -> Any:
@@ -263,22 +256,21 @@ class Stretch(Observable, key="stretch"):
 
     def measure(self, now: Any) -> Any:
         bonds, looks = len(now.bond_vectors), now.scene.steps.sample // self.every
-        now.kept["count"] += stretched(now.bond_vectors.T, now.lattice)
+        now.kept["count"] += reaching_over(now.bond_vectors.T, now.lattice)
         count, allowed = int(now.kept["count"][0]), max(FEW, MOST_STRETCHED * bonds * looks)
         if count > allowed:
             edges = " x ".join(f"{edge:g}" for edge in now.box)
             raise LostRun(
                 f"bonds are too long for the box of {edges} r_c: by step {now.step}, {count} "
-                f"were found to reach over {STRETCHED:.0%} of an edge. Beyond half of it the pull "
-                "goes to another image, which makes every number wrong (allowed in the whole run: "
-                f"{round(allowed)}, {MOST_STRETCHED:g} of all bonds looked at). Take a "
-                "larger box, or stiffer or shorter bonds",
+                f"were found to reach over {STRETCHED:.0%} of an edge, beyond half of which they "
+                f"pull at another image (allowed in the run: {round(allowed)}). Take a larger "
+                "box, or stiffer or shorter bonds",
                 now.step,
             )
         return {}
 
 
-def stretched(bonds: np.ndarray, box: tuple[float, ...]) -> int:
+def reaching_over(bonds: np.ndarray, box: tuple[float, ...]) -> int:
     """Number of bonds, once for each axis, along which they reach over `STRETCHED` of an edge.
 
     (dimension, bonds) vectors, at nearest images; where images slide, axes are those of the box.
