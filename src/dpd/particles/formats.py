@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from dpd import files
 from dpd.errors import UserError
-
-if TYPE_CHECKING:
-    from dpd.particles.particles import Particles
+from dpd.particles.particles import Particles, refusing_damage
 
 WRITTEN = ".gsd", ".data", ".lmp", ".nc"
 READ = (*WRITTEN, ".checkpoint")
@@ -24,19 +21,20 @@ def read(path: str | Path, frame: int = -1) -> Particles:
     """
     path, kind = Path(path), refuse_suffix(path, READ)
     files.check_input(path)
-    if kind == ".gsd":
-        from dpd.particles.gsd_files import read_gsd
+    with refusing_damage(path):
+        if kind == ".gsd":
+            from dpd.particles.gsd_files import read_gsd
 
-        return read_gsd(path, frame)
-    if frame not in (0, -1):
-        raise UserError(f"{path}: there is no frame {frame}: the file holds one configuration")
-    if kind in (".data", ".lmp"):
-        from dpd.particles.lammps import read_data
+            return read_gsd(path, frame)
+        if frame not in (0, -1):
+            raise UserError(f"{path}: there is no frame {frame}: the file holds one configuration")
+        if kind in (".data", ".lmp"):
+            from dpd.particles.lammps import read_data
 
-        return read_data(path)
-    from dpd.particles.netcdf import read_checkpoint, read_netcdf
+            return read_data(path)
+        from dpd.particles.netcdf import read_checkpoint, read_netcdf
 
-    return read_netcdf(path) if kind == ".nc" else read_checkpoint(path)
+        return read_netcdf(path) if kind == ".nc" else read_checkpoint(path)
 
 
 def write(particles: Particles, path: str | Path) -> tuple[str, ...]:

@@ -26,6 +26,7 @@ from dpd.particles.particles import (
     centre,
     checked,
     in_tilted_box,
+    refusing_damage,
     tilt_factors,
 )
 
@@ -53,78 +54,52 @@ def read_gsd(path: Path, frame: int = -1) -> Particles:
         if not -frames <= frame < frames:
             allowed = f"0 to {frames - 1}, or -1 for the last, to {-frames}" if frames else "none"
             raise UserError(f"{path}: there is no frame {frame}; allowed: {allowed}")
-        place = frame % frames
-        _check_counts(path, trajectory.file, place)
-        found = trajectory[place]
+        for group in ("particles", "bonds", "angles", *MORE_BONDS):
+            for place in {0, frame % frames}:
+                _check_count(trajectory.file, place, f"{group}/N", path)
+        found = trajectory[frame % frames]
         if trajectory.file.application == APPLICATION:
             found.particles.body = np.array(NO_BODY)  # molecules, which bonds tell as well
     return _particles_of(path, found)
 
 
+def _check_count(file, place, name, path):
+    """Refuse a count beyond the bytes of the file: the library would ask for as much memory."""
+    if file.chunk_exists(place, name) and file.read_chunk(place, name)[0] > path.stat().st_size:
+        raise UserError(f"{path}: {name} is more than fits in the file; copy or write it again")
+
+
 @contextmanager
 def trajectory_to_read(path: Path) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
     """A GSD file, read by the library's Python code: its C code can die of a damaged file."""
-    try:
-        with open(path, "rb") as file:
-            found = gsd.pygsd.GSDFile(file)
-            if found.schema != "hoomd":
-                raise UserError(
-                    f"{path}: a GSD file with the schema {found.schema!r}; allowed: 'hoomd'"
-                )
-            yield gsd.hoomd.HOOMDTrajectory(found)
-    except UserError:
-        raise
-    except Exception as problem:  # a dozen kinds, for numbers in it that cannot be
-        if getattr(problem, "errno", None):
-            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
-        said = (str(problem).replace(str(path), "the file").splitlines() or ["damaged"])[0][:80]
-        raise UserError(f"{path}: not a whole GSD file ({said}); copy or write it again") from None
-
-
-def _check_counts(path, file, frame):
-    """Refuse counts that do not fit to what is there: as much memory would be asked for."""
-
-    def chunk(name):  # of the frame or, as the schema has it, of the first
-        places = (place for place in (frame, 0) if file.chunk_exists(place, name))
-        return next((file.read_chunk(place, name) for place in places), None)
-
-    for name, array in (("particles", "position"), ("bonds", "group"), ("angles", "group")):
-        count, there = chunk(f"{name}/N"), chunk(f"{name}/{array}")
-        said, found = 0 if count is None else int(count[0]), 0 if there is None else len(there)
-        at_centre = name == "particles" and there is None and said == 1  # not written: a default
-        if said != found and not at_centre:
-            raise UserError(
-                f"{path}: frame {frame} says that it has {said} {name}, and has {array} for "
-                f"{found}; the file is damaged or lacks them, write it again"
-            )
+    with refusing_damage(path), open(path, "rb") as file:
+        found = gsd.pygsd.GSDFile(file)
+        if found.schema != "hoomd":
+            raise UserError(f"{path}: a GSD file with the schema {found.schema!r}; allowed: hoomd")
+        yield gsd.hoomd.HOOMDTrajectory(found)
 
 
 def _particles_of(path, frame):
     configuration, beads = frame.configuration, frame.particles
-    dimension = int(configuration.dimensions)
-    if dimension not in (2, 3):
-        raise UserError(f"{path}: {dimension} dimensions; allowed: 2 or 3")
+    d = int(configuration.dimensions)
     box = np.array([_decimal(edge) for edge in configuration.box])
-    for name in ("position", "velocity", "image"):
-        if np.shape(getattr(beads, name)) != (beads.N, 3):
-            raise UserError(f"{path}: {name} is not 3 numbers for each of {beads.N} beads")
-    if dimension == 2 and (np.abs(beads.position[:, 2]) > FLAT).any():
+    if d == 2 and (np.abs(beads.position[:, 2]) > FLAT).any():
         raise UserError(
             f"{path}: two dimensions, and beads that are not at z = 0; mend one of both"
         )
-    edges = box_of_file(box[:dimension], box[3:], path)
-    position = beads.position[:, :dimension].T.astype(float) + centre(edges)
-    velocity = beads.velocity[:, :dimension].T.astype(float)
+    edges = box_of_file(box[:d], box[3:], path)
     return checked(
         Particles(
             box=edges,
-            position=position,
-            image=beads.image[:, :dimension].T,
-            velocity=velocity if velocity.any() else None,  # 0 where a file has none
+            position=beads.position[:, :d].T.astype(float) + centre(edges),
+            image=beads.image[:, :d].T,
+            velocity=beads.velocity[:, :d].T
+            if beads.velocity.any()
+            else None,  # 0 where a file has none
             species=beads.typeid.astype(np.int64),
             names=tuple(beads.types),
-            bonds=frame.bonds.group.astype(np.int64).reshape(-1, 2),
-            angles=frame.angles.group.astype(np.int64).reshape(-1, 3),
+            bonds=frame.bonds.group.astype(np.int64),
+            angles=frame.angles.group.astype(np.int64),
             step=int(configuration.step),
             left_out=tuple(_left_out(frame)),
             masses=_masses(beads),
@@ -140,24 +115,19 @@ def _decimal(number):
 
 def _masses(beads):
     """(types,) array of masses by type; None where all are 1, or where beads of a type differ."""
-    types, masses = np.asarray(beads.typeid), np.asarray(beads.mass, float)
-    if masses.shape != types.shape or (masses == 1).all():
+    of_type = [np.unique(beads.mass[beads.typeid == k]) for k in range(len(beads.types))]
+    if (beads.mass == 1).all() or any(len(masses) > 1 for masses in of_type):
         return None
-    table = np.ones(len(beads.types))
-    known = types < len(table)
-    table[types[known]] = masses[known]
-    alike = known.all() and (table[types] == masses).all()
-    return np.array([_decimal(mass) for mass in table]) if alike else None
+    return np.array([_decimal(masses[0]) if len(masses) else 1.0 for masses in of_type])
 
 
 def _left_out(frame):
     """What a frame has that is lost, a sentence each."""
     beads = frame.particles
     for name, nothing in OTHERS.items():
-        values = getattr(beads, name)
-        if not np.array_equal(values, np.broadcast_to(nothing, np.shape(values))):
+        if (getattr(beads, name) != nothing).any():
             yield f"{name} is left out: beads have none here"
-    if _masses(beads) is None and not (np.asarray(beads.mass) == 1).all():
+    if _masses(beads) is None and not (beads.mass == 1).all():
         yield "mass is left out: beads of one type differ in it, here they do not"
     for name in MORE_BONDS:
         if count := getattr(frame, name).N:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 
-from dpd.errors import UserError, reason, shown
+from dpd.errors import UserError, shown
 from dpd.particles.particles import (
     FACTORS,
     FLAT,
@@ -26,7 +26,7 @@ from dpd.particles.particles import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
 # Columns of a line of Atoms by style; image flags may stand behind them.
@@ -44,23 +44,19 @@ STYLES = {
     "ellipsoid": "id type flag density x y z",
     "dipole": "id type charge x y z mu_x mu_y mu_z",
 }
-FLAGS = "ix", "iy", "iz"
-WHOLE = ["id", "molecule", "type", "flag", *FLAGS]  # columns of whole numbers
-USED = {"id", "molecule", "type", "x", "y", "z", *FLAGS}
-TITLE = re.compile(r"atom_style (\S+)")  # where TopoTools, of VMD, has the style
-STEP = re.compile(r"timestep = ([0-9]+)")  # in the title, where LAMMPS puts it
+FLAGS = ["ix", "iy", "iz"]
+WHOLE = ["id", "molecule", "type", *FLAGS]  # columns of whole numbers
+USED = {*WHOLE, "x", "y", "z"}
+STEP = re.compile(r"timestep = ([0-9]{1,18})")  # in the title, where LAMMPS puts it
 SECTION = re.compile(r"[A-Z][A-Za-z0-9]*( [A-Z][A-Za-z0-9]*)*")  # its name
-EDGES = {"xlo xhi": 2, "ylo yhi": 2, "zlo zhi": 2, "xy xz yz": 3}  # and how many numbers each has
 KNOWN = {"Atoms", "Velocities", "Masses", "Bonds", "Angles"}  # sections that are not left out
-LARGEST = 1e15  # of a whole number, which double precision holds exactly
+MOST_TYPES = 256
 THIN = 2.0  # r_c: no box of three dimensions may be thinner
 HALF = 0.5  # r_c: half the thickness with which a box of two dimensions is written
-MOST_TYPES = 256
 LETTERS = [*ascii_uppercase, *map("".join, product(ascii_uppercase, repeat=2))]  # A, B ... AA, AB
 
 
 class Section(NamedTuple):
-    line: int  # number of the line with its name
     comment: str  # behind the name
     lines: list[str]
 
@@ -78,48 +74,40 @@ class Data(NamedTuple):
 
     def count(self, name: str) -> int:
         """A count of the header; 0 if it is not there."""
-        number = self.header.get(name, [0.0])[0]
-        if number % 1 or not 0 <= number <= LARGEST:
-            self.refuse(f"the header says {number:.16g} {name}; allowed: a whole number")
-        return int(number)
+        return int(self.header.get(name, [0.0])[0])
+
+    def lines(self, section: str) -> list[str]:
+        return self.sections[section].lines if section in self.sections else []
 
     def labels(self, kind: str) -> dict[str, int]:
         """Numbers of types by their labels; ``kind`` is ``Atom``, ``Bond`` ..."""
-        found, types = {}, self.count(f"{kind.lower()} types")
-        for line in self.sections.get(f"{kind} Type Labels", Section(0, "", [])).lines:
-            number, *label = line.partition("#")[0].split()
-            if len(label) != 1 or not number.isdecimal() or not 1 <= int(number[:9]) <= types:
-                self.refuse(f"{shown(line)} is not a type, from 1 to {types}, and a label")
-            found[label[0]] = int(number)
-        return found
+        words = (line.split() for line in self.lines(f"{kind} Type Labels"))
+        return {label: int(number) for number, label, *_ in words}
 
     def table(
         self, name: str, count: int, columns: Sequence[str], labels: Mapping[str, int]
     ) -> np.ndarray:
         """(count, columns) numbers of a section, labels as the numbers of their types."""
-        section = self.sections[name]
-        where = f"line {section.line}: section {name}"
-        if len(section.lines) != count or not count:
+        lines, where = self.lines(name), f"section {name}"
+        if len(lines) != count:
             self.refuse(
-                f"{where} has {len(section.lines)} lines, and the header says {count or 'more'}; "
-                "the file is cut off or damaged, write it again"
+                f"{where} has {len(lines)} lines, and the header says {count}; the file is cut off "
+                "or damaged, write it again"
             )
-        convert = (lambda word: float(labels.get(word, word))) if labels else None
+        if not count:
+            return np.zeros((0, len(columns)))
         try:
-            rows = np.loadtxt(section.lines, ndmin=2, converters=convert)
+            rows = np.loadtxt(
+                lines, ndmin=2, usecols=range(len(columns)),
+                converters=(lambda word: float(labels.get(word, word))) if labels else None,
+            )  # fmt: skip
         except ValueError as problem:
             said = shown(str(problem).partition(";")[0], str).rstrip(".")
             self.refuse(f"{where}: {said} of the section; mend the line")
-        if rows.shape[1] < len(columns):
-            self.refuse(f"{where} has {rows.shape[1]} columns; needed are {len(columns)}")
-        rows = rows[:, : len(columns)]  # behind velocities of spheres stand those of rotation
-        whole = np.isin(columns, WHOLE)
-        with np.errstate(invalid="ignore"):
-            bad = ~np.isfinite(rows) | (whole & ((rows % 1 != 0) | (abs(rows) > LARGEST)))
-        for row, column in np.argwhere(bad)[:1]:
-            kind = "whole number" if whole[column] else "finite number"
-            found = f"{shown(section.lines[row])} has {rows[row, column]:.16g}"
-            self.refuse(f"{where}: {found} where a {kind} is needed; mend the line")
+        broken = np.isin(columns, WHOLE) & (rows % 1 != 0)
+        for row, column in np.argwhere(broken)[:1]:
+            found = f"{shown(lines[row])} has {rows[row, column]:.16g}"
+            self.refuse(f"{where}: {found} where a whole number is needed; mend the line")
         return rows
 
 
@@ -131,46 +119,42 @@ def read_data(path: Path) -> Particles:
     and energies in kT. Refused is what no simulation can begin with.
     """
     data = _taken_apart(path)
-    atoms, types, labels = data.count("atoms"), data.count("atom types"), data.labels("Atom")
+    types, labels, columns = data.count("atom types"), data.labels("Atom"), _columns(data)
     if not 1 <= types <= MOST_TYPES:
         data.refuse(f"the header says {types} atom types; allowed: 1 to {MOST_TYPES}")
-    columns = _columns(data)
-    rows = data.table("Atoms", atoms, columns, labels)
+    rows = data.table("Atoms", data.count("atoms"), columns, labels)
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     identities, kinds = rows[:, [0, columns.index("type")]].T.astype(np.int64)
     if (twice := identities[1:] == identities[:-1]).any():
         data.refuse(f"atom {identities[np.argmax(twice)]} is there twice; number atoms differently")
-    if (bad := (kinds < 1) | (kinds > types)).any():
-        atom, kind = identities[np.argmax(bad)], kinds[np.argmax(bad)]
-        data.refuse(f"atom {atom} is of type {kind}; the header allows 1 to {types}")
     names, left_out = _names(data, labels)
     left_out += _left_out(data, columns, rows)
-    corner, edges, factors = _box(data)
+    low, high = np.array([data.header.get(f"{k}lo {k}hi", (-HALF, HALF)) for k in "xyz"]).T
+    edges, tilts = high - low, data.header.get("xy xz yz", (0, 0, 0))
+    factors = [tilt / edges[across] if tilt else 0 for tilt, (_, across) in zip(tilts, FACTORS)]
     dimension = 2 + (edges[2] >= THIN)
     first = columns.index("x")
-    position = rows[:, first : first + 3] - corner
+    position = rows[:, first : first + 3] - low
     if dimension == 2 and np.ptp(position[:, 2]) > FLAT:
         data.refuse(
             f"the box is {edges[2]:g} thick along z, as for two dimensions, and beads are at "
             f"different z; give beads one z, or the box three edges of at least {THIN:g}"
         )
     velocity = _velocities(data, identities)
-    if velocity is not None:
-        if dimension == 2 and velocity[:, 2].any():
-            left_out.append("velocities along z are left out: there are two dimensions")
-        velocity = velocity[:, :dimension].T
-    image = rows[:, -3:] if columns[-1] == FLAGS[-1] else np.zeros((atoms, 3))
+    if velocity is not None and dimension == 2 and velocity[:, 2].any():
+        left_out.append("velocities along z are left out: there are two dimensions")
+    image = rows[:, -3:] if columns[-3:] == FLAGS else np.zeros(position.shape)
     return checked(
         Particles(
             box=box_of_file(edges[:dimension], factors, path),
             position=position[:, :dimension].T,
             image=image[:, :dimension].T,
-            velocity=velocity,
+            velocity=None if velocity is None else velocity[:, :dimension].T,
             species=kinds - 1,
             names=names,
             bonds=_members(data, identities, "Bond", 2),
             angles=_members(data, identities, "Angle", 3),
-            step=int(found[1][:19]) if (found := STEP.search(data.title)) else 0,
+            step=int(found[1]) if (found := STEP.search(data.title)) else 0,
             left_out=tuple(left_out),
             masses=_masses(data, labels),
             identity=identities,
@@ -181,86 +165,48 @@ def read_data(path: Path) -> Particles:
 
 
 def _taken_apart(path):
-    try:
-        text = path.read_bytes().decode(errors="replace")
-    except OSError as problem:
-        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
-    title, *lines = text.splitlines() or [""]
-    data = Data(path, title, {}, {})
-    section = None
-    for number, line in enumerate(lines, start=2):
+    title, *lines = path.read_text(errors="replace").splitlines() or [""]
+    data, section = Data(path, title, {}, {}), None
+    for line in lines:
         before, _, comment = line.partition("#")
         words = before.split()
         if SECTION.fullmatch(name := " ".join(words)):
-            if name in data.sections:
-                data.refuse(f"line {number}: {name!r} is there as a section before; keep one")
-            section = data.sections[name] = Section(number, comment.strip(), [])
+            section = data.sections[name] = Section(comment.strip(), [])
         elif words and section is not None:
             section.lines.append(line)
         elif words:
-            _read_header(data, number, words)
-    if "atoms" not in data.header or "Atoms" not in data.sections:
-        what = "section Atoms" if "atoms" in data.header else "line '<number> atoms' in the header"
-        data.refuse(
-            f"not a whole data file of LAMMPS: there is no {what}; write it again with write_data"
-        )
-    if not text.endswith("\n"):
-        data.refuse(
-            "the last line has no end, so the file may be cut off there; write it again, or end "
-            "the line if it is whole"
-        )
+            size = next((k for k, word in enumerate(words) if word[0].isalpha()), len(words))
+            data.header[" ".join(words[size:])] = [float(word) for word in words[:size]]
+    for name in ("atoms", "xlo xhi", "ylo yhi"):
+        if name not in data.header:
+            data.refuse(
+                f"not a whole data file of LAMMPS: there is no line {name!r} in the header; write "
+                "it again with write_data"
+            )
     return data
 
 
-def _read_header(data, number, words):
-    size = next((k for k, word in enumerate(words) if word[0].isalpha()), len(words))
-    name = " ".join(words[size:])
-    try:
-        data.header[name] = [float(word) for word in words[:size]]
-        good = size == EDGES.get(name, 1) and np.isfinite(data.header[name]).all()
-    except ValueError:
-        good = False
-    if not good:
-        data.refuse(
-            f"line {number}: {shown(' '.join(words))} is neither a section nor a line that a "
-            "header has, such as '3 atoms', '0 5 xlo xhi' or '0 0 0 xy xz yz'; mend or remove it"
-        )
-
-
 def _columns(data):
-    """Names of the columns of Atoms: of the style that is named, or of the only one that fits."""
-    section = data.sections["Atoms"]
-    words = section.lines[0].partition("#")[0].split() if section.lines else []
-    named = (section.comment.lower().split() or [""])[0]
-    if named not in STYLES and (said := TITLE.search(data.title)):
-        named = said[1]
-    styles = [named] if named in STYLES else list(STYLES)
-    plain = [tuple(STYLES[style].split()) for style in styles]
-    with_flags = [columns + FLAGS for columns in plain]
-    fits = [names for names in dict.fromkeys(plain + with_flags) if len(names) == len(words)]
-    if named not in STYLES:
-        fits = [
-            columns for columns in fits
-            if not any(name in WHOLE and "." in word for name, word in zip(columns, words))
-            and ("molecule" in columns or not data.count("bonds"))
-        ]  # fmt: skip
-    if len(fits) != 1:
+    """Names of the columns of Atoms, by the style behind its name; 5 and 8 are of ``atomic``."""
+    lines = data.lines("Atoms")
+    size = len(lines[0].partition("#")[0].split()) if lines else 0
+    named = (data.sections["Atoms"].comment.split() or [""])[0] if lines else ""
+    style = named or "atomic"
+    plain = STYLES.get(style, "").split()
+    if lines and (not plain or size not in (len(plain), len(plain) + 3)):
         data.refuse(
-            f"line {section.line}: the {len(words)} columns of section Atoms fit to "
-            f"{'several styles' if fits else 'no style that is known'}; write the right one behind "
-            f"it, as in 'Atoms # {styles[0]}'; allowed: {', '.join(STYLES)}"
+            f"the {size} columns of section Atoms do not fit to the style {style!r}; write the "
+            f"right one behind it, as in 'Atoms # full'; allowed: {', '.join(STYLES)}"
         )
-    return fits[0]
+    return plain + FLAGS * (size > len(plain))
 
 
 def _names(data, labels):
     """Labels of types, or comments behind masses, or letters; and a sentence on those."""
     names = {number: label for label, number in labels.items()}
-    if not names and "Masses" in data.sections:
-        for line in data.sections["Masses"].lines:
-            before, _, comment = line.partition("#")
-            if comment.strip() and before.split()[0].isdecimal():
-                names[int(before.split()[0][:9])] = comment.split()[0]
+    if not names:
+        parts = (line.partition("#")[::2] for line in data.lines("Masses"))
+        names = {int(before.split()[0]): name.split()[0] for before, name in parts if name.strip()}
     numbers = range(1, data.count("atom types") + 1)
     found = tuple(names.get(number, LETTERS[number - 1]) for number in numbers)
     without = ", ".join(LETTERS[number - 1] for number in numbers if number not in names)
@@ -271,33 +217,10 @@ def _masses(data, labels):
     """Masses by type; None if all are 1 or none are given."""
     if "Masses" not in data.sections:
         return None
-    masses = np.ones(data.count("atom types"))
-    rows = data.table("Masses", len(data.sections["Masses"].lines), ("type", "mass"), labels)
-    kinds = rows[:, 0].astype(np.int64)
-    if ((kinds < 1) | (kinds > len(masses))).any():
-        data.refuse(f"section Masses: a type is not from 1 to {len(masses)}; mend it")
-    masses[kinds - 1] = rows[:, 1]
+    masses = np.full(data.count("atom types"), np.nan)  # refused where one is not given
+    rows = data.table("Masses", len(masses), ("type", "mass"), labels)
+    masses[rows[:, 0].astype(int) - 1] = rows[:, 1]
     return None if (masses == 1).all() else masses
-
-
-def _box(data):
-    """Lower corner, edges, and tilt factors."""
-    for name in ("xlo xhi", "ylo yhi"):
-        if name not in data.header:
-            data.refuse(f"the header has no line {name!r}; write the whole box")
-    low, high = np.array([data.header.get(f"{k}lo {k}hi", (-0.5, 0.5)) for k in "xyz"]).T
-    edges, tilts = high - low, data.header.get("xy xz yz", (0, 0, 0))
-    factors = [
-        tilt / edges[across] if edges[across] else 0.0
-        for tilt, (_, across) in zip(tilts, FACTORS)
-    ]  # fmt: skip
-    return low, edges, factors
-
-
-def _places(identities, wanted):
-    """Places of atoms by their identities in the file; -1 for those that are not there."""
-    places = np.searchsorted(identities, wanted).clip(max=len(identities) - 1)
-    return np.where(identities[places] == wanted, places, -1)
 
 
 def _velocities(data, identities):
@@ -305,29 +228,27 @@ def _velocities(data, identities):
     if "Velocities" not in data.sections:
         return None
     rows = data.table("Velocities", len(identities), ["id", *"xyz"], {})
-    places = _places(identities, rows[:, 0])
-    if not np.array_equal(np.sort(places), np.arange(len(identities))):
-        data.refuse("section Velocities does not have each of the atoms once; write it again")
-    return rows[np.argsort(places), 1:]
+    velocity = np.full((len(identities), 3), np.nan)  # refused where one is not given
+    velocity[_places(data, "Velocities", identities, rows[:, 0])] = rows[:, 1:]
+    return velocity
 
 
 def _members(data, identities, kind, size):
     """(n, size) array of the places of the atoms of bonds or angles, in the order of identities."""
-    section, count = f"{kind}s", data.count(f"{kind.lower()}s")
-    if section not in data.sections:
-        if count:
-            data.refuse(f"the header says {count} {section}, and there is no such section")
-        return np.zeros((0, size), np.int64)
     columns = ["id", "type", *["id"] * size]
-    rows = data.table(section, count, columns, data.labels(kind))
-    places = _places(identities, rows[:, 2:])
-    if (bad := (places < 0).any(axis=1)).any():
-        line = data.sections[section].lines[int(np.argmax(bad))]
-        data.refuse(f"section {section}: {shown(line)} ties an atom that is not there; mend it")
+    rows = data.table(f"{kind}s", data.count(f"{kind.lower()}s"), columns, data.labels(kind))
+    return _places(data, f"{kind}s", identities, rows[:, 2:])
+
+
+def _places(data, section, identities, wanted):
+    """Places of atoms by their identities in the file."""
+    places = np.searchsorted(identities, wanted).clip(max=len(identities) - 1)
+    if (bad := identities[places] != wanted).any():
+        data.refuse(f"section {section}: there is no atom {wanted[bad][0]:g}; mend it")
     return places
 
 
-def _left_out(data: Data, columns: tuple[str, ...], rows: np.ndarray) -> Iterable[str]:
+def _left_out(data: Data, columns: Sequence[str], rows: np.ndarray) -> Iterator[str]:
     """What a file has that is lost, a sentence each."""
     lost = [name for k, name in enumerate(columns) if name not in USED and rows[:, k].any()]
     if lost:

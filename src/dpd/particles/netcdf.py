@@ -23,6 +23,7 @@ from dpd.particles.particles import (
     box_of_file,
     checked,
     of_scene,
+    refusing_damage,
     tilt_factors,
 )
 from dpd.scene.scene import Scene
@@ -31,18 +32,17 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 POSITION = "last_position"  # what tells a file with a configuration from one without
-# Of each array: dimensions, kinds of numbers, units, long_name; in the file it is called last_...
+# Of each array: dimensions, units, long_name; in the file it is called last_...
 ARRAYS = {
-    "position": (("axis", "bead"), "f", "r_c", "last positions, in the box"),
-    "velocity": (("axis", "bead"), "f", "r_c / tau", "last velocities"),
-    "image": (("axis", "bead"), "i", "1", "boxes by which the bead is further"),
-    "species": (("bead",), "u", "1", "species, number in last_names"),
-    "names": (("name",), "UO", "1", "names of the species"),
-    "bonds": (("bond", "end"), "u", "1", "numbers of the bonded beads"),
-    "angles": (("angle", "corner"), "u", "1", "beads of angles"),
-    "masses": (("name",), "f", "m", "mass of a bead of each species"),
+    "position": (("axis", "bead"), "r_c", "last positions, in the box"),
+    "velocity": (("axis", "bead"), "r_c / tau", "last velocities"),
+    "image": (("axis", "bead"), "1", "boxes by which the bead is further"),
+    "species": (("bead",), "1", "species, number in last_names"),
+    "names": (("name",), "1", "names of the species"),
+    "bonds": (("bond", "end"), "1", "numbers of the bonded beads"),
+    "angles": (("angle", "corner"), "1", "beads of angles"),
+    "masses": (("name",), "m", "mass of a bead of each species"),
 }
-NEEDED = "position", "species", "names"
 NOT_IF_ZERO = "image", "bonds", "angles"  # which are not written if there is nothing to say
 FIELD = "density_field"  # the variable, and the observable
 IMAGE = ".vti"
@@ -56,7 +56,7 @@ _ASKED_FOR = (
 def variables_of(particles: Particles) -> dict[str, tuple]:
     """A configuration as `dpd.files.write` takes variables."""
     found = {}
-    for name, (dimensions, _, units, text) in ARRAYS.items():
+    for name, (dimensions, units, text) in ARRAYS.items():
         array = getattr(particles, name)
         if array is not None and (np.any(array) or name not in NOT_IF_ZERO):
             found[f"last_{name}"] = (dimensions, np.asarray(array), units, text)
@@ -79,30 +79,18 @@ def particles_of(
             f"{path}: holds no last configuration. `dpd run` keeps one; a run of a study does if "
             "its scene says 'keep_state: true'"
         )
-    edges = np.atleast_1d(attributes.get("last_box", ()))
-    box = box_of_file(edges, attributes.get("last_tilt", ()), path)
-    sizes: dict[str, int] = {"axis": len(box), "end": 2, "corner": 3}
-    arrays: dict[str, Any] = {}
-    for name, (dimensions, kinds, *_) in ARRAYS.items():
-        array = variables.get(f"last_{name}")
-        if array is not None:
-            sizes = dict(zip(dimensions, array.shape)) | sizes
-            wanted = tuple(sizes.get(dimension, 0) for dimension in dimensions)
-            if array.shape != wanted or array.dtype.kind not in kinds:
-                raise UserError(
-                    f"{path}: last_{name} is {array.dtype} of shape {array.shape}, where one of "
-                    f"{wanted} is needed; make the file anew"
-                )
-            arrays[name] = array
-        elif name in NEEDED:
-            raise UserError(f"{path}: its last configuration is not whole: last_{name} is missing")
-    arrays["names"] = tuple(map(str, arrays["names"]))
-    absent: dict[str, Any] = {
-        "image": np.zeros(arrays["position"].shape, np.int32),
-        "bonds": np.zeros((0, 2), np.uint32),
-        "velocity": None,
-    }
-    return Particles(box=box, step=int(attributes.get("last_step", 0)), **absent | arrays)
+    with refusing_damage(path):
+        arrays: dict[str, Any] = {
+            name: variables[f"last_{name}"] for name in ARRAYS if f"last_{name}" in variables
+        }
+        arrays["names"] = tuple(map(str, arrays["names"]))
+        absent: dict[str, Any] = {
+            "image": np.zeros(arrays["position"].shape, np.int32),
+            "bonds": np.zeros((0, 2), np.uint32),
+            "velocity": None,
+        }
+        box = box_of_file(attributes["last_box"], attributes.get("last_tilt", ()), path)
+        return Particles(box=box, step=int(attributes.get("last_step", 0)), **absent | arrays)
 
 
 def read_netcdf(path: Path) -> Particles:
@@ -149,17 +137,8 @@ def _of_scene(
     scene: Scene, beads: Mapping[str, Any], step: int, box: tuple[float, ...], path: Path
 ) -> Particles:
     """Beads in the order of identities, with names and bonds of their scene."""
-    shape = (scene.dimension, scene.beads)
-    for name, kind in (("position", "f"), ("velocity", "f"), ("image", "i")):
-        found = beads.get(name)
-        if found is not None and (found.shape != shape or found.dtype.kind != kind):
-            raise UserError(
-                f"{path}: {name} is {found.dtype} of shape {found.shape}, and the scene in the "
-                f"file has {shape}; make the file anew"
-            )
-    position, image = beads["position"], beads.get("image", np.zeros(shape, np.int32))
-    if not np.isfinite(position).all():
-        raise UserError(f"{path}: has positions that are not finite numbers; make the file anew")
+    position = beads["position"]
+    image = beads.get("image", np.zeros(position.shape, np.int32))
     return checked(of_scene(scene, box, position, image, beads.get("velocity"), step), path)
 
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dpd.engine.space import TURN, along_axes, slide_of, tilted, wrapped
-from dpd.errors import UserError
+from dpd.errors import UserError, reason, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from dpd.physics.shear import Shear
     from dpd.scene.molecules import Molecule
@@ -140,6 +141,21 @@ def molecules_of(particles: Particles) -> np.ndarray:
     return connected_components(table, directed=False)[1]
 
 
+@contextmanager
+def refusing_damage(path: object) -> Iterator[None]:
+    """Say in a sentence what the system, a library or NumPy has against a file."""
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except UserError:
+        raise
+    except Exception as problem:  # a dozen kinds, for numbers in it that cannot be
+        if getattr(problem, "errno", None):
+            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
+        said = shown(str(problem).replace(str(path), "the file") or "damaged", str)
+        raise UserError(f"{path}: not a whole file ({said}); copy or write it again") from None
+
+
 def checked(particles: Particles, path: object, periodic: bool = False) -> Particles:
     """Particles of a file that a simulation can begin with; `UserError` for others.
 
@@ -154,15 +170,19 @@ def checked(particles: Particles, path: object, periodic: bool = False) -> Parti
 
     box, names, beads = np.array(particles.box, dtype=float), particles.names, particles.beads
     edges = " x ".join(f"{edge:g}" for edge in box)
+    refuse_if(len(box) not in (2, 3), f"has {len(box)} dimensions", "allowed: 2 or 3")
     sound = (np.isfinite(box) & (box > 0)).all()
     refuse_if(not sound, f"the box of {edges} has an edge that is not a positive number")
     refuse_if(not beads, "holds no beads", "at least one is needed")
     good = 0 <= particles.step < LARGEST_STEP
     refuse_if(not good, f"is of a step that is not from 0 to {LARGEST_STEP:g}")
-    for name in ("position", "velocity"):
-        array = getattr(particles, name)
-        bad = np.zeros(1, bool) if array is None else ~np.isfinite(array).all(axis=0)
-        refuse_if(bad, f"has a {name} that is not a finite number", "write it from a whole run")
+    arrays = {name: getattr(particles, name) for name in ("position", "velocity", "image")}
+    for name, array in arrays.items():
+        if array is not None:
+            wrong = array.shape != (len(box), beads)
+            refuse_if(wrong, f"{name} is not {len(box)} numbers for each of {beads} beads")
+            bad = ~np.isfinite(array).all(axis=0)
+            refuse_if(bad, f"has a {name} that is not a finite number", "write it again")
     position, image, far = _inside(particles, box[:, None])
     away = ~(np.abs(image) < MOST_IMAGES).all(axis=0)
     refuse_if(away, f"is {MOST_IMAGES} boxes away or more", "mend its position or its image flags")
@@ -180,18 +200,18 @@ def checked(particles: Particles, path: object, periodic: bool = False) -> Parti
     for name, mass in particles.masses_by_name().items():
         light = not (np.isfinite(mass) and mass > 0)
         refuse_if(light, f"beads of {name} have the mass {mass:g}", "allowed: numbers above 0")
-    for name in ("bond", "angle"):
-        members = getattr(particles, f"{name}s")
+    bonds, angles = particles.bonds.reshape(-1, 2), particles.angles.reshape(-1, 3)
+    for name, members in {"bond": bonds, "angle": angles}.items():
         outside = (members < 0) | (members >= beads)
         refuse_if(outside.any(), f"{name}s have beads that are not from 0 to {beads - 1}")
         ordered = np.sort(members, axis=1)
-        for bad in (ordered[:, 1:] == ordered[:, :-1]).any(axis=1).nonzero()[0]:
-            same = ", ".join(map(particles.called, members[bad]))
+        for bad in members[(ordered[:, 1:] == ordered[:, :-1]).any(axis=1)]:
+            same = ", ".join(map(particles.called, bad))
             refuse_if(True, f"a bead is twice in the {name} of {same}", "remove it")
-        found, times = np.unique(ordered, axis=0, return_counts=True)
-        for pair in found[times > 1] if name == "bond" else ():
-            ends = " and ".join(map(particles.called, pair))
-            refuse_if(True, f"{ends} are bonded more than once", "keep one of these bonds")
+    found, times = np.unique(np.sort(bonds, axis=1), axis=0, return_counts=True)
+    for pair in found[times > 1]:
+        ends = " and ".join(map(particles.called, pair))
+        refuse_if(True, f"{ends} are bonded more than once", "keep one of these bonds")
     wrapped_in = f"{far.sum()} beads outside of the box are put in, and their images counted"
     return particles._replace(
         box=particles.box if slide_of(particles.box) else tuple(map(float, box)),
@@ -199,8 +219,8 @@ def checked(particles: Particles, path: object, periodic: bool = False) -> Parti
         image=image.astype(np.int32),
         velocity=None if particles.velocity is None else particles.velocity.astype(float),
         species=particles.species.astype(np.uint8),
-        bonds=particles.bonds.astype(np.uint32).reshape(-1, 2),
-        angles=particles.angles.astype(np.uint32).reshape(-1, 3),
+        bonds=bonds.astype(np.uint32),
+        angles=angles.astype(np.uint32),
         left_out=(*particles.left_out, *[wrapped_in] * bool(far.any())),
     )
 
@@ -211,9 +231,8 @@ def _inside(particles, edges):
     far = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
     if slide := slide_of(box):  # files may have them in the tilted box
         far[slide.flow] = False
-    with np.errstate(over="ignore", invalid="ignore"):
-        inside, _ = wrapped(position, box)
-        image = particles.image + np.rint(along_axes(position - inside, box) / edges)
+    inside, _ = wrapped(position, box)
+    image = particles.image + np.rint(along_axes(position - inside, box) / edges)
     return inside, image, far.any(axis=0)
 
 
