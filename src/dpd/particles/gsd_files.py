@@ -18,7 +18,7 @@ import gsd.pygsd
 import numpy as np
 
 from dpd.errors import UserError, reason, remedy
-from dpd.files import check_output, draft_of, is_filled, unfinished
+from dpd.files import draft_of, unfinished
 from dpd.particles.particles import (
     FLAT,
     Particles,
@@ -39,9 +39,6 @@ THICKNESS = 2.0  # of a box of two dimensions along z
 NO_BODY = -1
 DIGEST = 8  # bytes, of each frame of a trajectory
 PATIENCE = 1.0  # s between frames that can be seen: to flush takes hundredths of a second
-PER_BEAD, OF_VELOCITY = 24, 12  # bytes of position and image in single precision; of the velocity
-PER_BOND, PER_ANGLE = 12, 16  # bytes, once
-PER_FRAME = 512  # bytes of the index, which doubles when it is full
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
 OTHERS = {"charge": 0, "body": NO_BODY, "angmom": 0, "orientation": [1, 0, 0, 0]}
 MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
@@ -183,8 +180,8 @@ def _new_file(path):
 
 def bytes_of(frames: int, beads: int, bonds: int, angles: int, velocities: bool) -> int:
     """Bytes that a trajectory takes on the disk in the end, when it is there twice."""
-    each = PER_FRAME + (PER_BEAD + OF_VELOCITY * velocities) * beads
-    return 2 * (frames * each + PER_BOND * bonds + PER_ANGLE * angles)
+    each = 512 + (36 if velocities else 24) * beads  # the index doubles when it is full
+    return 2 * (frames * each + 12 * bonds + 16 * angles)
 
 
 class TrajectoryFile:
@@ -203,11 +200,6 @@ class TrajectoryFile:
         self._before: tuple[Path, int, np.ndarray] | None = None  # see `_copy`
         self._is_longer = False  # than what is in its place, of which it has all frames
         self._flushed = time.monotonic()
-
-    def refuse_other_files(self) -> None:
-        """Refuse if one of the two names is taken by what is no trajectory of this program."""
-        refuse_other_trajectory(self.path)
-        refuse_other_trajectory(self.unfinished)
 
     def cut(self, frames: int, digests: np.ndarray) -> str:
         """Go on after the first frames of what a former process left; return why that cannot be."""
@@ -286,23 +278,6 @@ class TrajectoryFile:
                 f"{self.unfinished}: cannot be written ({reason(problem)}); "
                 f"{remedy(problem, self.path.parent)}"
             ) from None
-
-
-def refuse_other_trajectory(path: Path) -> None:
-    """Refuse to let a trajectory take the place of a file that is neither empty nor one of ours."""
-    check_output(path)
-    if not is_filled(path):
-        return
-    try:
-        with open(path, "rb") as file:
-            head = file.read(gsd.pygsd.gsd_header_struct.size)
-    except OSError as problem:
-        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
-    if f"{APPLICATION}\0".encode() not in head:
-        raise UserError(
-            f"{path}: the trajectory of this run would take its place, and this program did not "
-            "write it; move it away, or choose another name for the result"
-        )
 
 
 def _copy(trajectory, source, frames, digests):

@@ -185,10 +185,6 @@ def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Sc
     if not files.is_filled(output):
         refuse_to_lose(scene, checkpoint)
         for path in sidecars if not stored_in(checkpoint) else ():
-            # Here, as most scenes have no trajectory, and its library takes time to import.
-            from dpd.particles.gsd_files import refuse_other_trajectory
-
-            refuse_other_trajectory(path)  # which --overwrite does not replace either
             files.refuse_to_replace(path)
         return None
     try:

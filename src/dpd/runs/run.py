@@ -341,8 +341,6 @@ def simulate(
     for observer, its_former in zip(observers, former):
         looked = state.step - counts_from(observer, scene.steps.equilibrate)
         go_on_from(observer, its_former, looked)
-    for file in filter(None, map(file_of, observers)):
-        file.refuse_other_files()
     keeper = _keeper(scene, path, options)
     for place in (path, keeper.path) if keeper else (path,):
         _check_room(place, simulation, observers)
