@@ -28,7 +28,7 @@ from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.study import read_config, read_study
 from dpd.report.figure_file import figure_path
-from dpd.report.workflow import overhead, say_at_exit
+from dpd.report.workflow import say_at_exit
 from dpd.stages import (
     calculation_sources, figure_sources, kernels_name, run_sources,
     stage_digest, start_sources,
@@ -41,9 +41,6 @@ os.environ.update(here, PYTHONPATH=str(ROOT / "src"), MPLBACKEND="Agg")
 # A rule's command writes a log through `tee`. A log that cannot be written, as on a full disk, must
 # not make the job fail, or Snakemake would remove what a long run has made: the first command counts.
 shell.suffix("|| exit ${{PIPESTATUS[0]}}")
-# For the report, which says what the workflow cost.
-CORES = workflow.cores if workflow.nodes is None else 0  # of this machine; none on a cluster
-os.environ.update(DPD_BEGUN=str(BEGUN), DPD_CORES=str(CORES or ""))
 
 
 # Results belong to the repository, wherever snakemake is called from, unless -d says otherwise.
@@ -93,8 +90,6 @@ onstart:
 
 
 onsuccess:
-    if CORES and (cost := overhead(OUT.folder, BEGUN, CORES)):
-        print(cost)
     for page in (REPORT, OUT.benchmark()):
         if os.path.exists(page) and os.path.getmtime(page) >= BEGUN:
             print(f"report: {page}")

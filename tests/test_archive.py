@@ -233,7 +233,7 @@ def page_of(results, archived, *sampling):
     bare = Paper(
         PAPER, read.title, read.reference, {}, (), {"fig02_shapes": read.figures["fig02_shapes"]}
     )
-    write_page("fast", "Short.", [bare], results, results / "report.html", "", archived)
+    write_page("fast", "Short.", [bare], results, results / "report.html", archived)
     text = (results / "report.html").read_text(encoding="utf-8")
     return re.sub(r"Made \d.*? UTC|dpd-papers, \d.*? UTC", "", text)
 

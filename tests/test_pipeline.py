@@ -231,7 +231,6 @@ def test_the_report_is_one_page(study):
         "momentum per bead",
         "numba",
         "standard errors",
-        "more than that alone",
     ):
         assert word in page
     for entry in (entry for paper in PAPERS for entry in published(paper).values()):

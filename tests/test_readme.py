@@ -12,6 +12,7 @@ from PIL import Image
 from snakemake.cli import get_argument_parser
 
 from dpd import __version__
+from dpd.analysis.collect import RECORDED
 from dpd.commands.main import new_parser
 from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
@@ -132,6 +133,12 @@ def test_the_python_of_the_readme_asks_for_what_the_scene_observes():
     assert asked and asked <= {variable for name, variable in rows if name in observed}
 
 
+def test_the_page_says_what_a_sweep_file_has():
+    """What is recorded of each run is in its table."""
+    rows = re.findall(r"^\| `(\w+)` \| ", (ROOT / "config" / "README.md").read_text(), re.M)
+    assert RECORDED.keys() <= set(rows)
+
+
 def test_the_readme_names_every_room():
     """Each folder of modules, and no other."""
     rooms = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
@@ -208,12 +215,6 @@ def test_counts_and_deviations(archived):
     lines = figure_counts(TABLE, {"slope": "Slope.", "fig03_none": "None."}).splitlines()[2:]
     assert lines[0] == "| [Own figure: slope](slope.py) | Slope. | 0 | 1 | 0 |"
     assert lines[1] == "| [Figure 3](fig03_none.py) | None. | 0 | 0 | 0 |"
-
-
-def test_blocks_that_cannot_be_filled(archived):
-    """A sentence, not half a table."""
-    with pytest.raises(UserError, match="no <!-- end -->"):
-        documents.filled("<!-- begin: fast counts -->\n")
 
 
 def test_the_archive_takes_whole_tables_only(archived, tmp_path):

@@ -1,6 +1,5 @@
 """The page of the report, and what it says of a workflow's cost."""
 
-import os
 import re
 from html.parser import HTMLParser
 from itertools import pairwise
@@ -11,12 +10,11 @@ import pytest
 import xarray as xr
 from matplotlib import pyplot as plt
 
-from dpd import files
 from dpd.analysis.statistics import widening
 from dpd.analysis.verdicts import COLUMNS, Measured, judge
 from dpd.commands.main import main
 from dpd.pipeline.paper import Figure, Paper
-from dpd.report import style, workflow
+from dpd.report import style
 from dpd.report.compare import compared, table_of
 from dpd.report.page import write_page
 from dpd.report.workflow import commit
@@ -173,24 +171,6 @@ def test_a_page_on_nothing(tmp_path):
     empty = Paper("three_2019", "Three", "J. Three 3", {}, (), {})
     write_page("quick", "Short.", [empty], tmp_path, tmp_path / "report.html")
     assert 'id="verdicts"' not in (tmp_path / "report.html").read_text(encoding="utf-8")
-
-
-def test_what_a_workflow_costs_beside_its_simulations(tmp_path, monkeypatch):
-    """Runs, starts and measurements since it began, of all papers, and nothing older."""
-    monkeypatch.setattr(workflow.time, "time", lambda: 1110.0)
-    for number, name in enumerate(("a/runs/s/p/run.nc", "a/starts/0.nc", "b/runs/s/p/run.nc")):
-        files.write(tmp_path / name, {}, {"seconds": 50.0 + number})
-        os.utime(tmp_path / name, (1105.0, 1105.0))
-    said = workflow.overhead(tmp_path, 1000.0, 2)
-    assert said.startswith("simulation 153 s (runs and starts: 3), wall clock 110 s on 2 cores")
-    assert ": 44% more" in said
-    os.utime(tmp_path / "b/runs/s/p/run.nc", (999.0, 999.0))
-    assert ": 116% more" in workflow.overhead(tmp_path, 1000.0, 4)  # no faster than one run
-    assert workflow.overhead(tmp_path, 1106.0, 2) == ""
-    # Nothing runs beside a measurement: it takes all cores.
-    files.write(tmp_path / "b/measurements/m.nc", {}, {"seconds": 40.0})
-    said = workflow.overhead(tmp_path, 1000.0, 2)
-    assert "measurements 40 s on all cores" in said and ": 21% more" in said
 
 
 def test_a_page_without_git(monkeypatch, tmp_path):

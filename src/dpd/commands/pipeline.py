@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import math
-import os
 import sys
 import traceback
 from pathlib import Path
@@ -285,15 +284,11 @@ def report(options: Namespace) -> None:
     from dpd.pipeline.paper import read_paper
     from dpd.pipeline.study import read_study
     from dpd.report.page import write_page
-    from dpd.report.workflow import overhead
 
     papers = [read_paper(name, options.study) for name in options.papers]
     description = read_study(options.study).description
-    # Set by the Snakefile: a parameter that differs every time would make the page again.
-    begun, cores = (os.environ.get(f"DPD_{name}") for name in ("BEGUN", "CORES"))
-    cost = overhead(options.results, float(begun), int(cores)) if begun and cores else ""
     write_page(
-        options.study, description, papers, options.results, options.output, cost, options.archived
+        options.study, description, papers, options.results, options.output, options.archived
     )
 
 

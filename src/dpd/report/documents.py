@@ -1,26 +1,22 @@
 """All pages of the repository that are written by a program, wholly or in part.
 
-Names, dimensions, units and meanings of what results hold come from the observables and from
-`dpd.analysis.collect` themselves: a tiny system is set up, and no step of it is run.
+Names, dimensions, units and meanings of what results hold come from the observables themselves: a
+tiny system is set up, and no step of it is run.
 """
 
 from __future__ import annotations
 
-import json
 import re
 from contextlib import suppress
-from functools import cache, partial
+from functools import partial
 from html import escape
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
 import yaml
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from dpd import files
-from dpd.analysis.collect import RECORDED, collect
 from dpd.analysis.published import Entry
 from dpd.analysis.verdicts import CHECK, CLOSED_FORM, DEVIATES, REPLICATED, SIMULATED, VERDICTS
 from dpd.digest import ROOT
@@ -31,7 +27,6 @@ from dpd.page import Observable, find, names
 from dpd.pipeline.paper import PaperFile, read_paper
 from dpd.pipeline.paths import LONG_STUDY
 from dpd.pipeline.study import Config, check_repository, read_study
-from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.pipeline.theory import calculations_of
 from dpd.report.archive import FIGURES, manifest_of, pictures, read_archive, studies
 from dpd.report.figure_file import load_module
@@ -39,7 +34,7 @@ from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, sect
 from dpd.report.text import label, published_text, typeset, with_error
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
-from dpd.stages import calculations_file, run_sources
+from dpd.stages import calculations_file
 from dpd.start.common.make import system_of
 
 if TYPE_CHECKING:
@@ -47,7 +42,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-BLOCK = re.compile(r"(<!-- begin: (.+?) -->\n).*?(<!-- end -->)", re.S)
+BLOCK = re.compile(r"(<!-- begin: (\S+) counts -->\n).*?(<!-- end -->)", re.S)
 FLUID = {
     "dimension": 3,
     "box": 6,
@@ -72,7 +67,14 @@ def pages() -> dict[Path, str]:
     check_repository()
     readme, config = ROOT / "README.md", ROOT / "config"
     made = {readme: filled(readme.read_text())}
-    made |= {config / "README.md": papers_page(), config / "SCENES.md": scenes_page()}
+    keys = {"config": rows_of(Config, ""), "paper": rows_of(PaperFile, "")}
+    text = {name: text_of(model) for name, model in (("config", Config), ("paper", PaperFile))}
+    keys["published"] = rows_of(Entry, "NAME.")
+    made[config / "README.md"] = _page("papers", keys, text=text)
+    text = {"scene": text_of(Basics)}
+    made[config / "SCENES.md"] = _page(
+        "scenes", {"scene": scene_rows()}, text=text, run=run_table()
+    )
     papers = sorted({paper for study in studies() for paper in read_archive(study).paper})
     return made | {FIGURES / name / "README.md": paper_page(name) for name in papers}
 
@@ -85,21 +87,6 @@ def write_pages() -> list[Path]:
             replace_whole(path, partial(Path.write_text, data=text))
             written.append(path)
     return written
-
-
-def papers_page() -> str:
-    """config/README.md: keys of what says what a study is, and of papers."""
-    keys = {"config": rows_of(Config, ""), "paper": rows_of(PaperFile, "")}
-    keys["published"] = rows_of(Entry, "NAME.")
-    text = {"config": text_of(Config), "paper": text_of(PaperFile)}
-    return _page("papers", keys, text=text, sweep=sweep_table())
-
-
-def scenes_page() -> str:
-    """config/SCENES.md: keys of scenes, and what results hold."""
-    return _page(
-        "scenes", {"scene": scene_rows()}, text={"scene": text_of(Basics)}, run=run_table()
-    )
 
 
 def _page(template, keys, **values):
@@ -115,19 +102,13 @@ def _page(template, keys, **values):
 def filled(text: str) -> str:
     """A text with its marked blocks made anew, from the verdicts of a study that git keeps.
 
-    A block begins with ``<!-- begin: STUDY counts -->`` and ends with ``<!-- end -->``. Raises
-    `UserError` if a block asks for what there is not.
+    A block begins with ``<!-- begin: STUDY counts -->`` and ends with ``<!-- end -->``.
     """
 
     def made(block):
-        study, *kind = block[2].split()
-        if kind != ["counts"]:
-            raise UserError(f"README.md: <!-- begin: {block[2]} -->: allowed: '{study} counts'")
-        table = counts(read_archive(study), "[{0}](paper_figures/{0}/README.md)".format)
+        table = counts(read_archive(block[2]), "[{0}](paper_figures/{0}/README.md)".format)
         return f"{block[1]}{table}\n{block[3]}"
 
-    if text.count("<!-- begin:") != len(BLOCK.findall(text)):
-        raise UserError("README.md: a block that begins has no <!-- end -->, or no line of its own")
     return BLOCK.sub(made, text)
 
 
@@ -185,20 +166,13 @@ def _study(name, study, table, modules):
     }
 
 
-@cache
-def _references():
-    entries = yaml.safe_load((ROOT / "CITATION.cff").read_text())["references"]
-    return {entry["title"]: entry.get("doi") for entry in entries}
-
-
 def _doi(title):
     """A link to the paper, to be put behind its reference; nothing if it has none."""
-    if title not in _references():
-        raise UserError(
-            f"CITATION.cff: references: none has the title {title!r} of a paper in config/papers"
-        )
-    doi = _references()[title]
-    return f", [doi:{doi}](https://doi.org/{doi})" if doi else ""
+    entries = yaml.safe_load((ROOT / "CITATION.cff").read_text())["references"]
+    dois = {entry["title"]: entry.get("doi") for entry in entries}
+    if title not in dois:
+        raise UserError(f"CITATION.cff: references: none has the title {title!r} of a paper")
+    return f", [doi:{dois[title]}](https://doi.org/{dois[title]})" if dois[title] else ""
 
 
 # Tables of verdicts.
@@ -253,7 +227,7 @@ def figure_counts(table: pd.DataFrame, titles: Mapping[str, str]) -> str:
     return markdown_table(["figure", "what it shows", *VERDICTS], rows)
 
 
-# Variables of run.nc and of sweep files.
+# Variables of run.nc.
 
 
 def run_table() -> str:
@@ -264,15 +238,6 @@ def run_table() -> str:
         for name, (dimensions, _, units, meaning) in _all_variables(observable).items()
     ]
     return markdown_table(["observable", "variable", "dimensions", "units", "meaning"], rows)
-
-
-def sweep_table() -> str:
-    """Markdown: the variables that a sweep file has beside those of its runs."""
-    rows = [
-        [f"`{name}`", variable.attrs["units"], escape(variable.attrs["long_name"])]
-        for name, variable in _collected().items()
-    ]
-    return markdown_table(["variable", "units", "meaning"], rows)
 
 
 def _scene(observable, more=(), **settings):
@@ -303,22 +268,3 @@ def _variables(scene):
     """Variables of the one observable of a scene, as long as nothing has moved."""
     asked, *_ = observables(scene, system_of(scene))
     return asked.variables()
-
-
-def _collected():
-    """A sweep of one run that observes kT and momentum, both zero."""
-    scene = _scene("thermo", pressure=False)
-    attributes = dict.fromkeys(RECORDED, 1) | {
-        "beads": scene.beads, "scene": json.dumps(scene.data), "scene_digest": scene.digest,
-        "sources": run_sources(scene), "numpy": "", "numba": "",
-    }  # fmt: skip
-    variables = {
-        name: (dimensions, array if name == "time" else 0.0 * array, units, meaning)
-        for name, (dimensions, array, units, meaning) in _variables(scene).items()
-    }
-    replica = Axis("replica", (0,), "1", "replica")
-    sweep = Sweep("example", (replica,), (Point("replica=0", (0,), scene),))
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "run.nc"
-        files.write(path, variables, attributes)
-        return collect(sweep, [path])

@@ -41,11 +41,10 @@ PLURAL = {"deviates": "deviate"}
 
 def write_page(
     study: str, description: str, papers: Sequence[Paper], folder: str | Path, path: str | Path,
-    overhead: str = "", archived: str | Path | None = None,
+    archived: str | Path | None = None,
 ) -> None:  # fmt: skip
     """Write the report of a study, from the folder of its results.
 
-    ``overhead``: what the workflow cost beside its simulations, see `dpd.report.workflow`.
     ``archived``: verdict table in the archive of a long study, whose values stand beside those of
     this one.
     """
@@ -69,7 +68,6 @@ def write_page(
         long_study=long_study,
         counts={kind: counts(rows, kind, names) for kind in KINDS},
         checks=[row for rows in checks for row in rows],
-        overhead=overhead,
         costs=[c for paper, rows in zip(papers, checks) for c in _costs(paper, results, rows)],
         shorter=[point for paper in papers for point in shorter_points(paper)],
         reached=[sweep for paper in papers for sweep in reached(paper, table, rows)],
