@@ -7,13 +7,8 @@ import pytest
 import xarray as xr
 
 import dpd
+from dpd.analysis.interfaces import slab_tension, tension_of_tensor
 from dpd.analysis.statistics import block_mean_and_error, mean_and_error
-from dpd.analysis.surface_tension import (
-    bulks,
-    slab_tension,
-    tension_of_profile,
-    tension_of_tensor,
-)
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from tests.test_interfaces import profile
@@ -58,8 +53,10 @@ def slab_run():
 
 
 def test_tensor_and_profile_agree(slab_run):
-    """To rounding, as they look at the same samples; and the tension is one."""
-    of_tensor, of_profile = tension_of_tensor(slab_run), tension_of_profile(slab_run)
+    """To rounding, as they look at the same samples; and the bulks are isotropic."""
+    found = slab_tension(slab_run)
+    of_tensor, of_profile = found.of_tensor, found.of_profile
+    assert found.best == of_tensor == tension_of_tensor(slab_run)
     assert of_profile.value == pytest.approx(of_tensor.value, rel=1e-10)
     assert of_profile.error == pytest.approx(of_tensor.error, rel=0.5)
     # Groot and Warren 1997 fit their single beads of density 3, chi = 0.286 * 20, by this.
@@ -67,16 +64,9 @@ def test_tensor_and_profile_agree(slab_run):
     published = 0.75 * 3 * chi**0.26 * (1 - 2.36 / chi) ** 1.5
     assert abs(of_tensor.value - published) < 4 * of_tensor.error
     assert of_tensor.error < 0.1 * of_tensor.value
-
-
-def test_both_bulks_are_isotropic(slab_run):
-    """Within four standard errors; the interfaces are not."""
-    found = bulks(slab_run)
-    for part in found:
+    for part in found.bulks:
         assert 0 < part.error < 0.2
         assert abs(part.value) < 4 * part.error
-    missing = slab_run.normal_pressure_profile - slab_run.tangential_pressure_profile
-    assert float(missing.mean("block").max()) > 1
 
 
 def test_normal_pressure_is_the_same_everywhere(slab_run):
@@ -140,17 +130,13 @@ def made_up(missing=(0.0, 0.0), drift=0.0, **changes):
 
 
 def test_profile_and_bulks_of_what_was_made_up():
-    """Tension 1.2 from 6 r_c with 0.4; bulks that are off are seen."""
-    run = made_up((0.4, 0.0))
-    assert tension_of_profile(run).value == pytest.approx(0.4 * 6 / 2, abs=4e-3)
-    assert max(abs(part.value) for part in bulks(run)) < 1e-3
-    assert all(part.value == pytest.approx(0.1, abs=1e-3) for part in bulks(made_up((0.4, 0.1))))
-
-
-def test_slabs_that_dissolve_are_flagged():
-    """By the drift of their composition; those that stay are not."""
-    assert slab_tension(made_up()).settled
-    assert not slab_tension(made_up(drift=5e-4)).settled
+    """Tension 1.2 from 6 r_c with 0.4; bulks that are off, and slabs that dissolve, are seen."""
+    found = slab_tension(made_up((0.4, 0.0)))
+    assert found.of_profile.value == pytest.approx(0.4 * 6 / 2, abs=4e-3)
+    assert max(abs(part.value) for part in found.bulks) < 1e-3
+    off, dissolving = slab_tension(made_up((0.4, 0.1))), slab_tension(made_up(drift=5e-4))
+    assert all(part.value == pytest.approx(0.1, abs=1e-3) for part in off.bulks)
+    assert found.settled and not dissolving.settled
 
 
 def test_a_box_that_is_stretched():
@@ -165,16 +151,14 @@ def test_a_box_that_is_stretched():
     assert np.ptp(run.volume.values) > 1
 
 
-@pytest.mark.thorough
 def test_what_is_missing_is_said():
     """Observables, walls, species, axes."""
     run = made_up()
     with pytest.raises(UserError, match="no pressure tensor was measured"):
         tension_of_tensor(run)
     with pytest.raises(UserError, match="observe 'stress_profile'"):
-        tension_of_profile(run.drop_vars("normal_pressure_profile"))
-    short = {"steps": {"equilibrate": 0, "sample": 20}}
+        slab_tension(run.drop_vars("normal_pressure_profile"))
     with pytest.raises(UserError, match="1 species"):
-        bulks(dpd.run(FLUID | short, progress=False))
+        slab_tension(made_up(molecules=CHANNEL["molecules"], repulsion=CHANNEL["repulsion"]))
     with pytest.raises(UserError, match="without walls"):
-        tension_of_profile(dpd.run(CHANNEL | short, progress=False))
+        slab_tension(made_up(walls=CHANNEL["walls"]))

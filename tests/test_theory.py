@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from dpd.analysis.interfaces import chi_of_composition, chi_slope
+from dpd.analysis.interfaces import chi_of_composition
 from dpd.theory.equation_of_state import MEAN_FIELD, second_virial
 from paper_figures.groot_warren_1997 import flory_huggins as fh
 
@@ -40,13 +40,6 @@ def test_binodal_and_spinodal(chi, length):
     slope = fh.chemical_potential(s + h, chi, length) - fh.chemical_potential(s - h, chi, length)
     assert slope / (2 * h) == pytest.approx(0, abs=1e-3)
     assert phi < s < 0.5
-
-
-def test_chi_slope_is_the_derivative():
-    """d chi / d phi against a difference."""
-    phi, h = 0.03, 1e-7
-    difference = (chi_of_composition(phi + h, 4) - chi_of_composition(phi - h, 4)) / (2 * h)
-    assert chi_slope(phi, 4) == pytest.approx(difference, rel=1e-6)
 
 
 def test_one_phase_has_no_binodal():

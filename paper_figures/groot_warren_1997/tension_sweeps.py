@@ -8,13 +8,13 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.interfaces import slab_tension
 from dpd.analysis.statistics import over_replicas
-from dpd.analysis.surface_tension import slab_tension
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from dpd.analysis.surface_tension import SlabTension
+    from dpd.analysis.interfaces import SlabTension
 
 TENSION = "kT / r_c^2"
 VARIABLES = {
@@ -39,8 +39,8 @@ def sweep_tension(sweep: xr.Dataset) -> xr.Dataset:
     ``stress_profile``. Where the sweep keeps the series ``pressure_tensor``, the tension is that of
     the tensor of the box, else that of the profile. Result: the names of `VARIABLES` over all axes
     but ``replica``; ``settled`` is 1 or 0, see
-    `dpd.analysis.surface_tension.SlabTension`. Raises `UserError` as
-    `dpd.analysis.surface_tension.slab_tension`.
+    `dpd.analysis.interfaces.SlabTension`. Raises `UserError` as
+    `dpd.analysis.interfaces.slab_tension`.
     """
     axes = [str(name) for name in sweep.scene.dims if name != "replica"]
     shape = [sweep.sizes[name] for name in axes]

@@ -4,8 +4,8 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.interfaces import slab_tension, tension_of_tensor
 from dpd.analysis.statistics import COVERAGE
-from dpd.analysis.surface_tension import slab_tension, tension_of_tensor
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 from paper_figures.groot_warren_1997.shared import (

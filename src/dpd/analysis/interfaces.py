@@ -1,8 +1,17 @@
-"""Slabs of A and of B: their two interfaces, compositions, and the chi that they stand for.
+"""Slabs of A and of B: their interfaces, compositions, chi, and the tension between them.
 
 A slab may move while a run goes on, by some tenths of r_c, and beads of the minority then come
 nearer to a window that stays in place. So positions are found block by block, and densities are
 taken at distances from them.
+
+Across a flat interface the pressure normal to it, p_N, is the same everywhere, and the tangential
+one, p_T, is smaller where the interface is. The tension is what is missing (Groot and Warren 1997,
+Eq. 31; Irving and Kirkwood 1950):
+
+    sigma  =  integral of p_N(z) - p_T(z) over one interface
+           =  L (p_N - p_T) / 2,    p the pressure tensor of a box of length L with two interfaces
+
+Forces are the conservative ones, and p holds the kinetic part.
 """
 
 from __future__ import annotations
@@ -16,16 +25,21 @@ from scipy.optimize import curve_fit, minimize_scalar
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import jackknife, mean_and_error, taped
+from dpd.analysis.viscosity import Measured, measured
+from dpd.errors import UserError
+from dpd.scene.scene import Scene
 
 FARTHEST = 1 / 8  # of the box that an interface may be away from where it began
 WIDTH = 2.0  # r_c, of an interface, to begin a fit
 START = (WIDTH, 0.95, 0.05)  # and with it the fraction of A in both slabs
 CLEAR = 3.5  # r_c from either interface at which the bulk begins
+SHARE = 0.8  # of the way to the middle of a slab, at which its bulk begins in a short box
 TAIL = 2.0  # r_c from either interface beyond which its tail is an exponential
 SHORTEST, LONGEST = 0.1, 1.5  # r_c, the decay lengths between which that of any tail lies
 STEADY = 2.0  # standard errors by which the halves of a run may differ
 ENOUGH = 5.0  # independent samples without which an error is a guess
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
+AXES = "xyz"
 
 FOUND = {  # by `sweep_chi`, with units
     "chi": ("1", "chi by Eq. 18"),
@@ -88,20 +102,14 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
     def whole(z, first, second, width, inside, outside):
         return outside + (inside - outside) * _slab(z, length, first, second, width)
 
-    try:
-        held = curve_fit(whole, z, fraction.mean(axis=0), p0=(*began, *START))[0][2:]
-    except RuntimeError:  # no fit: the slabs have mixed
-        held = START
-
-    def moved(z, first, second):
-        return whole(z, first, second, *held)
-
-    found = []
-    for block in fraction:
+    def fitted(function, y, start):
         try:
-            found.append(curve_fit(moved, z, block, p0=began)[0])
-        except RuntimeError:
-            found.append(began)
+            return curve_fit(function, z, y, p0=start)[0]
+        except RuntimeError:  # no fit: the slabs have mixed
+            return start
+
+    held = fitted(whole, fraction.mean(axis=0), (*began, *START))[2:]
+    found = [fitted(lambda z, *ends: whole(z, *ends, *held), block, began) for block in fraction]
     reach = FARTHEST * length
     return np.clip(found, began - reach, began + reach)
 
@@ -143,7 +151,6 @@ def interface_width(seen: Slabs) -> tuple[float, float]:
     and h^2 / 6; that of the slope of tanh(2 d / xi) is pi^2 xi^2 / 48. So 12 h^2 / pi^2 is taken
     off xi^2.
     """
-
     slice_width = seen.distance[1] - seen.distance[0]
 
     def width(mean):
@@ -218,7 +225,7 @@ def composition(seen: Slabs, slice_volume: float) -> Composition:
 
 def in_bulk(distance: np.ndarray) -> np.ndarray:
     """Mask of the distances from an interface at which the bulk is taken to begin."""
-    return distance >= min(CLEAR, 0.8 * distance[-1])
+    return distance >= min(CLEAR, SHARE * distance[-1])
 
 
 def bulk_fraction(profile: np.ndarray, distance: np.ndarray, widest: float) -> float:
@@ -245,28 +252,18 @@ def bulk_fraction(profile: np.ndarray, distance: np.ndarray, widest: float) -> f
 
 
 def chi_of_composition(phi: npt.ArrayLike, length: float = 1) -> float | np.ndarray:
-    """chi from the minority fraction of two coexisting phases, Eq. 18."""
+    """chi from the minority fraction of two coexisting phases, Groot and Warren 1997, Eq. 18."""
     phi = np.asarray(phi, dtype=float)
     return np.log((1 - phi) / phi) / (1 - 2 * phi) / length
 
 
-def chi_slope(phi: npt.ArrayLike, length: float = 1) -> float | np.ndarray:
-    """d chi / d phi of `chi_of_composition`, to carry errors."""
-    phi = np.asarray(phi, dtype=float)
-    odds = np.log((1 - phi) / phi)
-    skew = 1 - 2 * phi
-    return (2 * odds / skew**2 - 1 / (phi * (1 - phi) * skew)) / length
-
-
 def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float, float]:
-    """chi by Groot and Warren 1997, Eq. 18, with the error of the fraction carried over.
-
-    NaN where no minority bead was seen, or where the phases have mixed.
-    """
+    """chi of a minority fraction, and its error; NaN of none, or where the phases have mixed."""
     if not 0 < fraction < 0.5:
         return np.nan, np.nan
-    chi = float(chi_of_composition(fraction, length))
-    return chi, abs(float(chi_slope(fraction, length))) * error
+    odds, skew = np.log((1 - fraction) / fraction), 1 - 2 * fraction
+    slope = (2 * odds / skew**2 - 1 / (fraction * (1 - fraction) * skew)) / length
+    return float(chi_of_composition(fraction, length)), float(abs(slope)) * error
 
 
 def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
@@ -286,12 +283,11 @@ def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
 def _chi_of_point(runs):
     """What `sweep_chi` says of one point, by name."""
     scene = first_scene(runs)
-    length, box = len(scene.molecules[0].beads), scene.box
-    slice_volume = float(np.prod(box)) / runs.sizes["z"]
+    slice_volume = scene.volume / runs.sizes["z"]
     profiles = runs.density_profile.transpose("replica", "block", "species", "z").values
-    seen = [slabs(profile, runs.z.values, max(box)) for profile in profiles]
+    seen = [slabs(profile, runs.z.values, max(scene.box)) for profile in profiles]
     parts = [composition(part, slice_volume) for part in seen]
-    widths = np.array([interface_width(part) for part in seen])
+    widths, width_errors = np.transpose([interface_width(part) for part in seen])
     together = Composition(
         float(np.mean([part.fraction for part in parts])),
         float(np.sqrt(sum(part.error**2 for part in parts))) / len(parts),
@@ -300,18 +296,137 @@ def _chi_of_point(runs):
         float(np.mean([part.counted for part in parts])),
         any(part.mixed for part in parts),
     )
+    length = len(scene.molecules[0].beads)
     chi, chi_error = chi_and_error(together.fraction, together.error, length)
     a, b = scene.species.index("A"), scene.species.index("B")
-    return {
+    return together._asdict() | {
         "chi": chi,
         "chi_error": chi_error,
-        "fraction": together.fraction,
-        "drift": together.drift,
-        "samples": together.samples,
-        "counted": together.counted,
         "settled": float(together.settled),
-        "width": float(widths[:, 0].mean()),
-        "width_error": float(np.sqrt((widths[:, 1] ** 2).sum())) / len(widths),
+        "width": float(widths.mean()),
+        "width_error": float(np.sqrt((width_errors**2).sum())) / len(widths),
         "moved": float(max(np.ptp(part.position, axis=0).max() for part in seen)),
         "excess_repulsion": scene.repulsion[a, b] - scene.repulsion[a, a],
     }
+
+
+class Bulks(NamedTuple):
+    """p_N - p_T in the middle of both slabs, in kT / r_c^dimension: 0 in a fluid in equilibrium.
+
+    First that in the lower half. A bulk is what is more than `CLEAR` away from both interfaces,
+    or, in a box that has no such place, a fifth of each slab.
+    """
+
+    first: Measured
+    second: Measured
+
+
+class SlabTension(NamedTuple):
+    """What a run of two slabs says of their interfaces."""
+
+    of_profile: Measured  # tension, in kT / r_c^(dimension - 1)
+    of_tensor: Measured | None  # the same from the pressure tensor of ``thermo``, if measured
+    bulks: Bulks
+    width: Measured  # xi in r_c, see `interface_width`
+    composition: Composition  # of the minority in the bulk
+
+    @property
+    def best(self) -> Measured:
+        """The tension of the pressure tensor if there is one, else that of the profile.
+
+        A sample of the tensor costs less than one of the profile, so it is taken more often.
+        """
+        return self.of_profile if self.of_tensor is None else self.of_tensor
+
+    @property
+    def settled(self) -> bool:
+        """Whether both slabs and their composition stayed.
+
+        Near the critical point slabs dissolve slowly, and their tension is that of no equilibrium.
+        A run that is too short for an error of its composition has not settled either.
+        """
+        return self.composition.steady
+
+
+def slab_tension(run: xr.Dataset) -> SlabTension:
+    """All that a run of two slabs says of their interfaces.
+
+    ``run``: as from `dpd.run` or `dpd.load`, with ``stress_profile`` and ``profile`` along the same
+    axis. Raises `UserError` if one of these is missing, or there are walls, which have a tension of
+    their own, or not two species.
+    """
+    scene = _scene_of(run)
+    if "normal_pressure_profile" not in run:
+        raise UserError("no profile of pressures was measured: observe 'stress_profile'")
+    if "profile" not in scene.observe:
+        raise UserError("the run did not observe 'profile', which says where the interfaces are")
+    across = {scene.axis_of_profile(scene.observe[k].axis) for k in ("profile", "stress_profile")}
+    if len(across) > 1:
+        raise UserError(
+            "'profile' and 'stress_profile' were measured along different axes; give both the "
+            "axis normal to the interfaces"
+        )
+    if len(scene.species) != 2:
+        raise UserError(f"{len(scene.species)} species; where slabs begin and end is known for two")
+    seen = slabs(run.density_profile.values, run.z.values, _length(run.z))
+    missing = run.normal_pressure_profile.values - run.tangential_pressure_profile.values
+    return SlabTension(
+        measured(missing.mean(axis=1) * _length(run.slice) / 2),
+        tension_of_tensor(run) if "pressure_tensor" in run else None,
+        _bulks(missing, run.slice, seen.position.mean(axis=0)),
+        Measured(*interface_width(seen)),
+        composition(seen, scene.volume / run.sizes["z"]),
+    )
+
+
+def tension_of_tensor(run: xr.Dataset, axis: str | None = None) -> Measured:
+    """Tension from the pressure tensor of the box, in kT / r_c^(dimension - 1).
+
+    ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
+    ``axis``: normal to the interfaces; if not given, that of the observed ``stress_profile``, or
+    the longest one. Raises `UserError` if there are walls, or no tensor was measured.
+    """
+    scene = _scene_of(run)
+    if "pressure_tensor" not in run:
+        raise UserError(
+            "no pressure tensor was measured: observe 'thermo', without 'pressure: false'"
+        )
+    if axis is None and "stress_profile" in scene.observe:
+        axis = scene.observe["stress_profile"].axis
+    normal = scene.axis_of_profile(axis)
+    diagonal = np.diagonal(run.pressure_tensor.values, axis1=1, axis2=2)
+    tangential = np.delete(diagonal, normal, axis=1).mean(axis=1)
+    return measured(_edge(run, scene, normal) * (diagonal[:, normal] - tangential) / 2)
+
+
+def _scene_of(run):
+    """The scene of a run, which must not have walls."""
+    scene = Scene.of_result(str(run.attrs["scene"]), "run")
+    if scene.ended:
+        raise UserError("the tension of walls would be measured too; take a run without walls")
+    return scene
+
+
+def _length(middles):
+    """Of the box along the slices of a profile, whose middles begin half a slice from 0."""
+    return float(middles[0] + middles[-1])
+
+
+def _bulks(missing, slices, interfaces):
+    place, length = slices.values, _length(slices)
+    first, second = interfaces
+    apart = [np.abs((place - at + length / 2) % length - length / 2) for at in interfaces]
+    clear = np.min(apart, axis=0) >= min(CLEAR, SHARE * length / 4)
+    lower = (place - first) % length < (second - first) % length
+    return Bulks(*(measured(missing[:, clear & side].mean(axis=1)) for side in (lower, ~lower)))
+
+
+def _edge(run, scene, axis):
+    """Edge of the box along an axis: of each sample, where a barostat changes the box."""
+    edge = scene.box[axis]
+    if "volume" not in run:
+        return edge
+    changed, ratio = scene.data["pressure"]["axes"], run.volume.values / scene.volume
+    if changed == "all":
+        return edge * ratio ** (1 / scene.dimension)
+    return edge * ratio if AXES.index(changed) == axis else edge

@@ -27,20 +27,24 @@ class Measured(NamedTuple):
     error: float
 
 
-def viscosity(run: xr.Dataset, settled: float = 0.0) -> Measured:
+def measured(blocks: np.ndarray) -> Measured:
+    """Mean and error of one value per sample or block of a run."""
+    mean, error, _ = mean_and_error(blocks)
+    return Measured(float(mean), float(error))
+
+
+def viscosity(run: xr.Dataset) -> Measured:
     """Viscosity of a run under shear: the mean shear stress over the rate, eta = -<P_xy> / rate.
 
     The stress is that of all forces, with velocities about the flow: conservative, friction and
-    noise, kinetic. It belongs to the kT and the rate of the run, see `heating`.
+    noise, kinetic. It belongs to the kT and the rate of the run.
 
-    ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
-    ``settled``: time in tau that is left out at the beginning. Raises `UserError` if the run has no
-    shear, or did not measure the stress.
+    ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures. Raises
+    `UserError` if the run has no shear, or did not measure the stress.
     """
-    stress, time = _stress(run), run.time.values
-    mean, error, _ = mean_and_error(stress[time > settled])
+    stress = measured(_stress(run))
     rate = _rate(str(run.attrs["scene"]))
-    return Measured(mean / rate, error / abs(rate))
+    return Measured(stress.value / rate, stress.error / abs(rate))
 
 
 def viscosities(sweep: xr.Dataset) -> xr.Dataset:
@@ -50,25 +54,17 @@ def viscosities(sweep: xr.Dataset) -> xr.Dataset:
     errors = sweep.shear_stress_error.values / abs(rates)
     value, error = over_replicas(stress / rates, errors, -1)
     along = sweep.shear_stress.dims[:-1]
-    found = xr.Dataset(
-        {"viscosity": (along, value), "viscosity_error": (along, error)},
-        {name: sweep[name] for name in along},
-    )
+    found = xr.Dataset(coords={name: sweep[name] for name in along})
     units = sweep.shear_stress.attrs["units"].replace("kT", "kT tau")
-    found.viscosity.attrs = {"units": units, "long_name": "viscosity"}
-    found.viscosity_error.attrs = {"units": units, "long_name": "standard error of the viscosity"}
+    for name, each, text in (
+        ("viscosity", value, "viscosity"),
+        ("viscosity_error", error, "standard error of the viscosity"),
+    ):
+        found[name] = (along, each, {"units": units, "long_name": text})
     return found
 
 
-def heating(run: xr.Dataset) -> float:
-    """Heat that the flow of a run makes in kT / (tau r_c^dimension): stress times rate.
-
-    The thermostat takes it up; kT rises until it does.
-    """
-    return float(_stress(run).mean() * _rate(str(run.attrs["scene"])))
-
-
-def _stress(runs: xr.Dataset) -> np.ndarray:
+def _stress(runs):
     if "shear_stress" not in runs:
         raise UserError(
             "no shear stress was measured: a scene needs the key 'shear', and the observable "
@@ -77,7 +73,7 @@ def _stress(runs: xr.Dataset) -> np.ndarray:
     return np.asarray(runs.shear_stress.values, dtype=float)
 
 
-def _rate(scene: str) -> float:
+def _rate(scene):
     return float(json.loads(scene)["shear"]["rate"])
 
 
@@ -146,20 +142,14 @@ def channel_flow(run: xr.Dataset, strength: float, apart: float, axis: int = 0) 
     # b = (u_0 - c L^2 / 4) / (c L), to first order in what a block deviates by
     slip = (highest - c * apart**2 / 4) / (c * apart)
     slips = slip + (top - highest) / (c * apart) - (curvature - c) * highest / (c**2 * apart)
-    return Channel(_viscosity(density * strength, 2 * curvature), _measured(slips))
+    return Channel(_viscosity(density * strength, 2 * curvature), measured(slips))
 
 
 def _viscosity(force, second_derivatives):
     """eta = force / -u'', from one second derivative per block; its error to first order."""
     mean = second_derivatives.mean()
     eta = force / mean
-    return _measured(eta - eta * (second_derivatives - mean) / mean)
-
-
-def _measured(values):
-    """Mean and error of one value per block."""
-    mean, error, _ = mean_and_error(values)
-    return Measured(float(mean), float(error))
+    return measured(eta - eta * (second_derivatives - mean) / mean)
 
 
 def viscosity_of_fluctuations(
