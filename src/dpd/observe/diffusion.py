@@ -18,7 +18,7 @@ class Diffusion(Observable, key="diffusion"):
     """
 
     stands = frozenset(Change) - {Change.PACE}
-    from_first = True
+    interval, from_first = 1.2, True
     gives = {
         "diffusion_bead": (("sample", "species"), "r_c^2 / tau", "D(t) of beads"),
         "diffusion_molecule": (("sample", "kind"), "r_c^2 / tau", "D(t) of centres of molecules"),

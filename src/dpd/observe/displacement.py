@@ -12,11 +12,12 @@ class Displacement(Observable, key="displacement"):
 
     By multiple-tau correlation, relative to the centre of mass of all beads (`displacements`).
     "Innermost" is the bead in the middle of the longest way through a molecule, two of them for an
-    even number. By default samples are 0.8 tau apart, which resolves how beads diffuse; their free
+    even number. By default samples are 1.2 tau apart, which resolves how beads diffuse; their free
     flight before that takes an ``every`` of 0.1 tau or less.
     """
 
     stands = frozenset(Change) - {Change.PACE}
+    interval = 1.2
     compared = "axis", "point", "molecule"
     over = {"lag": ("lag", "lag_time")}
     gives = {
