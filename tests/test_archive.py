@@ -21,7 +21,7 @@ from dpd.pipeline.study import read_config
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report import archive
 from dpd.report.archive import keep_whole, manifest_of, restore
-from dpd.report.page import reached, shorter_points, write_page
+from dpd.report.page import shorter_points, write_page
 from dpd.scene.scene import Scene
 from tests.test_report import VERDICTS, put_figure, verdict_table
 
@@ -289,21 +289,6 @@ def test_replicas_count_together():
     point = shorter_points(paper(said, replicas=2))[0]
     assert (point["time"], point["paper_time"], point["share"]) == ("80", "≥ 160", "0.5")
     assert point["system"] == "768 of 1000 molecules"
-
-
-def test_whether_less_sampling_is_enough(results):
-    """Numbers that are decided, our errors in units of the published ones, and links to others."""
-    table = verdict_table(PAPER, "fig02_shapes", {
-        "alpha": ("simulated", "replicated", 0.1), "beta": ("simulated", "deviates", 2.5),
-        "gamma": ("simulated", "not reached at this scale", np.nan),
-        "delta": ("check", "deviates", 1.0),
-    })  # fmt: skip
-    table.loc[1, "rounding"] = 0.005  # error 0.01 throughout, rounding 0.05 of the others
-    rows = ["alpha", "beta", "gamma", "delta"]
-    (found,) = reached(paper(SAID | {"steps": 10 * STEPS}), table, rows)
-    assert (found["figures"], found["decided"], found["open"]) == ("Figure 2", "2 of 3", ["gamma"])
-    assert found["shares"] == "1.1 (0.2 to 2)"
-    assert not list(reached(paper(SAID | {"steps": STEPS}), table, rows))
 
 
 @pytest.mark.parametrize("name", read_config()["papers"])

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import re
 from itertools import chain, combinations_with_replacement
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader
 
 from dpd.page import is_table
-from dpd.report.text import NUMBERED, label, span, typeset
+from dpd.report.text import NUMBERED, label, rendered, span
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -40,15 +38,11 @@ def caption(
 
     ``sources``: sweeps and measurements that it was made from. ``numbers``: what is plotted.
     """
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True,
-        keep_trailing_newline=True,
-    )  # fmt: skip
-    environment.filters["typeset"] = typeset
     warned = list(module.warnings(numbers)) if hasattr(module, "warnings") else []
     if not getattr(module, "SHOWS_TEMPERATURE", False):
         warned += run_warnings(sources)
-    return environment.get_template("caption.html").render(
+    return rendered(
+        "caption.html",
         whose=f"{label(figure)} of the paper" if NUMBERED.match(figure) else "Our own figure",
         module=module,
         sources=[

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import yaml
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from dpd.analysis.published import Entry
 from dpd.analysis.verdicts import CHECK, CLOSED_FORM, DEVIATES, REPLICATED, SIMULATED, VERDICTS
@@ -31,7 +30,7 @@ from dpd.pipeline.theory import calculations_of
 from dpd.report.archive import FIGURES, manifest_of, pictures, read_archive, studies
 from dpd.report.figure_file import load_module
 from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, section_rows, text_of
-from dpd.report.text import label, published_text, typeset, with_error
+from dpd.report.text import label, published_text, rendered, typeset, with_error
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
 from dpd.stages import calculations_file
@@ -92,11 +91,7 @@ def write_pages() -> list[Path]:
 def _page(template, keys, **values):
     """A page from its template; keys are rows of tables by name."""
     tables = {name: key_table(rows) for name, rows in keys.items()}
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined,
-        keep_trailing_newline=True, autoescape=False, trim_blocks=True,
-    )  # fmt: skip
-    return environment.get_template(f"{template}.md.j2").render(keys=tables, **values)
+    return rendered(f"{template}.md.j2", keys=tables, **values)
 
 
 def filled(text: str) -> str:
@@ -127,26 +122,14 @@ def paper_page(name: str) -> str:
     modules = {figure: load_module(name, figure) for figure in paper.figures}
     findings = FIGURES / name / "findings.md"
     if not findings.is_file():
-        raise UserError(
-            f"{findings}: there is no such file; write what the runs have shown, and why what "
-            "deviates does"
-        )
+        raise UserError(f"{findings}: missing; write what runs show, and why what deviates does")
     known = calculations_of(name) if calculations_file(name).is_file() else {}
     rows = [row for key, each in known.items() for row in section_rows(each, key, "")]
     return _page(
         "paper", {"calculations": rows}, name=name, title=paper.title, reference=paper.reference,
         doi=_doi(paper.title), findings=typeset(findings.read_text()), first=next(iter(known), ""),
         studies=[_study(name, study, table, modules) for study, table in tables.items()],
-        pictures=[
-            {
-                "figure": kept.stem,
-                "label": label(kept.stem),
-                "plain": (module := load_module(name, kept.stem)).TITLE,
-                "title": typeset(module.TITLE),
-                "shows": typeset(module.PAPER_SHOWS),
-            }
-            for kept in pictures(name)
-        ],
+        pictures=[(picture.stem, load_module(name, picture.stem)) for picture in pictures(name)],
     )  # fmt: skip
 
 

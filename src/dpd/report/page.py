@@ -10,22 +10,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup
 from PIL import Image
 
 from dpd.analysis.collect import load
-from dpd.analysis.verdicts import KINDS, NOT_REACHED, SIMULATED, VERDICTS
+from dpd.analysis.verdicts import KINDS, VERDICTS
 from dpd.files import attribute, replace_whole
 from dpd.pipeline.paths import Results
 from dpd.report.figures import joined, read_verdicts
-from dpd.report.text import label, typeset, whole, with_error, with_range
+from dpd.report.text import label, named, rendered, typeset, whole, with_error
 from dpd.report.workflow import commit, library_versions
 from dpd.stages import stage_digest
 from dpd.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Sequence
 
     import pandas as pd
 
@@ -56,11 +55,8 @@ def write_page(
         long_study = Path(archived).parent.name
     names = [paper.name for paper in papers]
     checks = [_checks(paper, results) for paper in papers]
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
-    )
-    environment.filters["named"] = _named
-    page = environment.get_template("page.html").render(
+    page = rendered(
+        "page.html",
         study=study,
         description=description,
         papers=[_paper(paper, results, rows) for paper in papers],
@@ -70,7 +66,6 @@ def write_page(
         checks=[row for rows in checks for row in rows],
         costs=[c for paper, rows in zip(papers, checks) for c in _costs(paper, results, rows)],
         shorter=[point for paper in papers for point in shorter_points(paper)],
-        reached=[sweep for paper in papers for sweep in reached(paper, table, rows)],
         not_said={paper.name: names for paper in papers if (names := not_said(paper))},
         versions=library_versions(),
         sources={
@@ -82,11 +77,6 @@ def write_page(
     replace_whole(path, lambda draft: draft.write_text(page, encoding="utf-8"))
 
 
-def _named(paper):
-    """groot_warren_1997 as Groot Warren 1997."""
-    return paper.replace("_", " ").title()
-
-
 # Figures, and what each sweep says of itself.
 
 
@@ -95,7 +85,7 @@ def _paper(paper, results, rows):
     files = {name: Path(results.figure(paper.name, name, "png")) for name in paper.figures}
     return {
         "key": paper.name,
-        "name": _named(paper.name),
+        "name": named(paper.name),
         "title": paper.title,
         "reference": paper.reference,
         "figures": [_figure(path, f"{paper.name}-{name}", rows) for name, path in files.items()],
@@ -256,7 +246,7 @@ def counts(rows: Iterable[Row], kind: str, papers: Iterable[str]) -> list[Row]:
     return found
 
 
-# How long runs are beside those of the paper, and whether that is enough.
+# How long runs are beside those of the paper.
 
 
 def shorter_points(paper: Paper) -> list[Row]:
@@ -317,33 +307,3 @@ def _system(said, scene):
             theirs = said[kind]
             return f"{ours} of {theirs} {kind}" if ours != theirs else "the same", ours < theirs
     return "not said", False
-
-
-def reached(paper: Paper, table: pd.DataFrame, rows: Sequence[Row]) -> Iterator[Row]:
-    """Of the numbers in figures that sweeps with shorter points feed: how many are decided.
-
-    ``shares`` are our standard errors of those, in units of the published error or rounding, and
-    ``open`` those of ``rows``, which are the rows of the verdict table, that are not decided.
-    """
-    for sweep in dict.fromkeys(point["sweep"] for point in shorter_points(paper)):
-        figures = [name for name, figure in paper.figures.items() if sweep in figure.sweeps]
-        own = table[
-            (table.paper == paper.name) & table.figure.isin(figures) & (table.kind == SIMULATED)
-        ]
-        is_open = own.verdict == NOT_REACHED
-        yield {
-            "paper": paper.name,
-            "sweep": sweep,
-            "figures": ", ".join(label(name) for name in figures),
-            "decided": f"{len(own) - is_open.sum()} of {len(own)}",
-            "shares": _shares(own[~is_open]),
-            "open": [rows[place] for place in own.index[is_open]],
-        }
-
-
-def _shares(decided):
-    """Our standard errors in units of the published error or rounding, whichever is larger."""
-    allowed = np.fmax(decided.published_error, decided.rounding).astype(float)
-    shares = (decided.error / allowed).to_numpy(dtype=float)
-    shares = shares[np.isfinite(shares)]
-    return with_range(np.median(shares), shares.min(), shares.max()) if len(shares) else ""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup, escape
 
 if TYPE_CHECKING:
@@ -82,6 +84,21 @@ def label(figure: str) -> str:
     """What a figure is called: ``Figure 4``, the paper's number, or its own name."""
     numbered = NUMBERED.match(figure)
     return f"Figure {numbered[1]}" if numbered else f"Own figure: {figure.replace('_', ' ')}"
+
+
+def named(paper: str) -> str:
+    """groot_warren_1997 as Groot Warren 1997."""
+    return paper.replace("_", " ").title()
+
+
+def rendered(template: str, **values: Any) -> str:
+    """A template of this folder, filled; what goes into HTML is escaped."""
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=template.endswith(".html"),
+        trim_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip
+    environment.filters |= {"typeset": typeset, "label": label, "named": named}
+    return environment.get_template(template).render(**values)
 
 
 def with_error(value: float, error: float | None = None) -> str:
