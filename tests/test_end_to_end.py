@@ -150,22 +150,6 @@ def test_every_lag_is_that_of_the_whole_run(chain_run):
         np.testing.assert_allclose(found["end_sums"][:, number], sums, rtol=1e-10, atol=1e-8)
 
 
-@pytest.mark.parametrize("taken", [1, 877])
-def test_arrays_are_all_that_goes_on(chain_run, taken):
-    """A fresh observer that is given the arrays half-way ends with the same bits."""
-    scene, whole, seen, _ = chain_run
-    half, other = (observables(scene, system_of(scene))[0] for _ in range(2))
-    for simulation in seen[:taken]:
-        half.sample(simulation)
-    for name, array in half.arrays.items():
-        other.arrays[name][...] = array
-    for simulation in seen[taken:]:
-        other.sample(simulation)
-    assert other.arrays.keys() == whole.arrays.keys()
-    for name, variable in whole.variables().items():
-        np.testing.assert_array_equal(other.variables()[name][1], variable[1], err_msg=name)
-
-
 def test_a_file_holds_them_beside_displacements(tmp_path):
     """Molecules are not as many there: single beads move, and have no ends."""
     observe = [{"end_to_end": {"every": 2}}, {"displacement": {"every": 2}}]
