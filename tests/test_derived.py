@@ -11,8 +11,8 @@ import xarray as xr
 from dpd.analysis.structure import closest_contact, derive, peak
 from dpd.commands.main import main
 from dpd.errors import UserError
-from dpd.pipeline.derived import resolved
 from dpd.pipeline.paper import PaperFile, read_paper
+from dpd.pipeline.sweep import resolved
 from dpd.sentences import read_section
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 

@@ -7,11 +7,10 @@ from dpd.analysis.collect import save
 from dpd.analysis.structure import derive
 from dpd.commands.main import main
 from dpd.errors import UserError
-from dpd.pipeline.derived import resolved
 from dpd.pipeline.paper import Paper, read_paper
 from dpd.pipeline.paths import Results
 from dpd.pipeline.plan import as_text, plan
-from dpd.pipeline.sweep import SweepFile
+from dpd.pipeline.sweep import SweepFile, resolved
 from dpd.pipeline.theory import calculate, unfold_theory
 from dpd.sentences import read_section
 from paper_figures.crgw_2019.calculations import MonomerFluid

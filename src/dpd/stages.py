@@ -27,7 +27,7 @@ STAGES = {
     "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.runs.run"),
     "collect": ("dpd.analysis.collect",),
     "calculate": ("dpd.pipeline.theory",),
-    "derive": ("dpd.analysis.structure", "dpd.pipeline.derived"),
+    "derive": ("dpd.analysis.structure", "dpd.pipeline.sweep"),
     "figure": ("dpd.report.figures",),
     "report": ("dpd.report.page", "dpd.report.workflow"),
     "measure": ("benchmarks.measure",),

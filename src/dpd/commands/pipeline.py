@@ -126,7 +126,7 @@ def _sweep(options: Namespace, resolve: bool = False) -> Sweep:
     sweep = paper.sweeps[options.sweep]
     if not resolve:
         return sweep
-    from dpd.pipeline.derived import resolved
+    from dpd.pipeline.sweep import resolved
 
     return resolved(sweep, options.derived)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import re
-from dataclasses import astuple, dataclass
-from itertools import chain, product
+from dataclasses import dataclass, replace
+from itertools import product
 from math import prod
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 from zlib import crc32
 
 from pydantic import Field, Tag
@@ -16,19 +18,18 @@ from dpd.errors import UserError, shown, suggestion
 from dpd.page import NAMES, OR_TABLE, OneOrMore, Refusals, Section, inside, setting
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import changed, merge
+from dpd.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
-    from pathlib import Path
 
-LONGEST = 1e12  # steps or tau of a run, before a study's factor
 MOST_POINTS = 5000  # of a sweep; Snakemake is slow from some thousand jobs on
+LONGEST_NAME = 200  # letters of a point; a file system has names of up to 255
 # What a collected sweep keeps beside the observables (see dpd.analysis.collect).
 TAKEN = {
     "axis", "beads", "block", "kind", "kT", "number_density", "replica", "sample", "scene",
     "seconds", "seed", "steps", "time", "warning",
 }  # fmt: skip
-LONGEST_NAME = 200  # letters of a point; a file system has names of up to 255
 LABEL = re.compile(r"[A-Za-z0-9_.+-]+")
 SIMULATED_ALONE = ("scene", "replicas", "series", "seeds", "derive", "sampling")
 SERIES = Literal[
@@ -94,41 +95,35 @@ class SweptAxis(Section):
 
     def conflicts(self) -> Refusals:
         """Labels that are none, that cannot name a folder, or cannot be told apart."""
-        if self.labels is not None and isinstance(self.values, list):
-            yield "labels", "its values are a list; name those alone in it"
-            return
+        if isinstance(self.values, list):
+            if self.labels is not None:
+                yield "labels", "its values are a list; name those alone in it"
+                return
+            if self.set is None:
+                yield "", "a list of values needs 'set', the key to put them in"
         for label in self.labels or ():
             if label not in self.values:
                 yield "labels", f"no label {label!r}; {suggestion(label, self.values)}"
+        if not self.taken:
+            yield "values", "need at least one value"
         names: dict[str, Value] = {}
         for label in self.taken:
-            text = text_of(label)
-            if isinstance(label, bool) or not LABEL.fullmatch(text):
+            name = text_of(label)
+            if isinstance(label, bool) or not LABEL.fullmatch(name):
                 text = (
                     f"{shown(label)} cannot be part of a point's name; allowed: numbers, and text "
                     "of letters, digits and _ . + -"
                 )
                 yield "values", text
-            elif text in names:
+            elif name in names:
                 text = (
-                    f"{names[text]!r} and {label!r} are both named {text!r}; need values whose "
+                    f"{names[name]!r} and {label!r} are both named {name!r}; need values whose "
                     "first six digits differ, none twice"
                 )
                 yield "values", text
-            names[text] = label
+            names[name] = label
             if self.offset and isinstance(label, str):
                 yield "", f"{label!r} is text; an offset can be added to numbers only"
-        if not names:
-            yield "values", "need at least one value"
-        if isinstance(self.values, list) and self.set is None:
-            yield "", "a list of values needs 'set', the key to put them in"
-
-    def targets(self) -> frozenset[tuple[str, ...]]:
-        """Keys that it sets, each as a tuple of its parts."""
-        if isinstance(self.values, dict):
-            taken = (self.values[label] for label in self.taken if label in self.values)
-            return frozenset(leaf for change in taken if change for leaf in _leaves(change, ()))
-        return frozenset(tuple(key.split(".")) for key in self.keys)
 
     def change(self, label: Value, key: str) -> dict[str, Any]:
         """The part of a scene that a label changes, as nested dicts."""
@@ -176,77 +171,21 @@ class SweepFile(Section):
     )
 
     def conflicts(self) -> Refusals:
-        """A scene and a theory, or none; axes whose points are too many, or undo each other."""
+        """A scene and a theory, or none; and what is wrong with an axis."""
         if (self.scene is None) == (self.theory is None):
             yield "", "need either 'scene' or 'theory', and not both"
             return
-        calculated = self.theory is not None
-        for name in SIMULATED_ALONE if calculated else ():
+        for name in SIMULATED_ALONE if self.theory is not None else ():
             if name in self.model_fields_set:
                 yield name, "the sweep is calculated and has no runs; take this key out"
-        axes = self.axes or {}
-        for name in axes:
+        for name, axis in (self.axes or {}).items():
             if name in TAKEN:
                 text = (
                     "a collected sweep has this name already; choose another one (taken: "
                     f"{', '.join(sorted(TAKEN))})"
                 )
                 yield f"axes.{name}", text
-        wrong = [inside(f"axes.{name}", axis.conflicts()) for name, axis in axes.items()]
-        if problems := list(chain(*wrong)):
-            yield from problems
-            return
-        sizes = [len(axis.taken) for axis in axes.values()]
-        if (points := self.replicas * prod(sizes)) > MOST_POINTS:
-            text = (
-                f"{' x '.join(map(str, sizes)) or 1} values and {self.replicas} replicas make "
-                f"{points} points; allowed: <= {MOST_POINTS}"
-            )
-            yield "", text
-        longest = (
-            f"{name}={max(map(text_of, axis.taken), key=len, default='')}"
-            for name, axis in axes.items()
-        )
-        name = ",".join([*longest, f"replica={self.replicas - 1}"])
-        if len(name) > LONGEST_NAME:
-            text = (
-                f"a point would be named {shown(name, str)}, with {len(name)} letters; allowed: "
-                f"<= {LONGEST_NAME}; give axes and labels shorter names"
-            )
-            yield "axes", text
-        yield from self._undone(axes)
-
-    def _undone(self, axes):
-        """An axis that later ones undo: what its label says would not be so.
-
-        A map of labels may set defaults, some of which a later axis changes.
-        """
-        targets = {name: axis.targets() for name, axis in axes.items()}
-        for place, name in enumerate(targets):
-            for other in list(targets)[place + 1 :]:
-                undone = {a for a in targets[name] if any(_overlap(a, b) for b in targets[other])}
-                default = isinstance(axes[name].values, dict) and undone < targets[name]
-                if undone and not default:
-                    text = (
-                        f"sets {'.'.join(min(undone))}, as the axis {name!r} does, and would undo "
-                        "it; let each key have one axis"
-                    )
-                    yield f"axes.{other}", text
-
-
-def _leaves(change, inside):
-    """Keys of nested dicts that hold something else."""
-    if isinstance(change, dict) and change:
-        for key, value in change.items():
-            yield from _leaves(value, (*inside, str(key)))
-    else:
-        yield inside
-
-
-def _overlap(one, other):
-    """Whether one of two keys is the other, or lies inside of it."""
-    shorter = min(len(one), len(other))
-    return one[:shorter] == other[:shorter]
+            yield from inside(f"axes.{name}", axis.conflicts())
 
 
 def _whole(number):
@@ -261,8 +200,7 @@ def text_of(label: float | str) -> str:
 # --- its points
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     """One run of a sweep: its name, its place on the axes, and its scene."""
 
     name: str
@@ -270,8 +208,7 @@ class Point:
     scene: Scene
 
 
-@dataclass(frozen=True)
-class Axis:
+class Axis(NamedTuple):
     """A swept parameter: name, labels, units, and a name for plots."""
 
     name: str
@@ -280,8 +217,7 @@ class Axis:
     long_name: str
 
 
-@dataclass(frozen=True)
-class Derived:
+class Derived(NamedTuple):
     """A value of a scene that another sweep measures: which key, from which sweep, and what."""
 
     key: str
@@ -307,7 +243,7 @@ class Sweep:
         """Digest of all that is known of a run before anything has run."""
         if not self.derived:
             return point.scene.digest
-        return value_digest([point.scene.digest, *map(astuple, self.derived)])
+        return value_digest([point.scene.digest, *self.derived])
 
     def point(self, name: str) -> Point:
         """A point by name; `UserError` if the sweep has no such point."""
@@ -333,14 +269,19 @@ def unfold(
     points = []
     for at, labels, where in places(axes, key, only):
         scene = placed(given.scene, given, labels, key, where)
-        _check_blocks(scene, where)
-        scene = _sampled(scene, _whole(given.sampling))
-        # Noise of its own for each point, one start for the points of a replica. The seeds follow
-        # from names alone, so a point keeps its own when others are added.
-        own, start = (crc32(f"{seeds}/{of}".encode()) for of in (at, labels[-1]))
-        first = scene.get("seed", 1)
-        drawn = {"seed": (first + own) % 2**31, "start": {"seed": (first + start) % 2**31}}
-        points.append(Point(at, labels, fixed(Scene(merge(scene, drawn), where, folder))))
+        try:
+            scene = _sampled(scene, _whole(given.sampling))
+            # Noise of its own for each point, one start for the points of a replica. The seeds
+            # follow from names alone, so a point keeps its own when others are added.
+            own, start = (
+                (scene.get("seed", 1) + crc32(f"{seeds}/{of}".encode())) % 2**31
+                for of in (at, labels[-1])
+            )
+            scene = merge(scene, {"seed": own, "start": {"seed": start}}, where)
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+            Scene(scene, where, folder)  # which says what is wrong with it
+            raise
+        points.append(Point(at, labels, fixed(Scene(scene, where, folder))))
     derived = (
         Derived(target, rule.from_, rule.quantity) for target, rule in (given.derive or {}).items()
     )
@@ -359,36 +300,42 @@ def places(
     axes: list[Axis], key: str, only: Collection[str] = ()
 ) -> Iterator[tuple[str, tuple, str]]:
     """Name and labels of each point on some axes, or of some, and what to call it in messages."""
+    sizes = [len(axis.labels) for axis in axes]
+    if prod(sizes) > MOST_POINTS:
+        said = " x ".join(map(str, sizes))
+        raise UserError(f"{key}: {said} make {prod(sizes)} points; allowed: <= {MOST_POINTS}")
     found = {
         ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels)): labels
         for labels in product(*(axis.labels for axis in axes))
     }
+    longest = max(found, key=len)
+    if len(longest) > LONGEST_NAME:
+        raise UserError(
+            f"{key}.axes: a point would be named {shown(longest, str)}, with {len(longest)} "
+            f"letters; allowed: <= {LONGEST_NAME}; give axes and labels shorter names"
+        )
     for at in only if only and found.keys() >= set(only) else found:
         yield at, found[at], f"{key} ({at})" if at else key
 
 
 def placed(base: Any, given: SweepFile, labels: tuple, key: str, where: str) -> dict[str, Any]:
-    """The scene or theory of a point: the sweep's own, with what the labels of its axes change."""
+    """The scene or theory of a point: the sweep's own, with what the labels of its axes change.
+
+    Refused where a later axis undoes the value of another one. A map of labels may set defaults.
+    """
+    values = {}
     for (name, axis), label in zip((given.axes or {}).items(), labels):
-        base = merge(base, axis.change(label, f"{key}.axes.{name}"), where)
+        change = axis.change(label, f"{key}.axes.{name}")
+        base = merge(base, change, where)
+        if axis.keys:
+            values[name] = change
+    for name, change in values.items():
+        if merge(base, change, where) != base:
+            raise UserError(
+                f"{key}.axes.{name}: another axis undoes its value at {where}; let each key have "
+                "one axis"
+            )
     return base
-
-
-def _check_blocks(scene, where):
-    """Refuse what is no mapping where one is read or completed before the scene is checked."""
-    for key in ("steps", "duration", "start"):
-        block = scene.get(key, {})
-        if not isinstance(block, dict):
-            raise UserError(f"{where}: {key}: {shown(block)} is not keys and values")
-        for part, value in block.items() if key != "start" else ():
-            number = isinstance(value, int | float) and not isinstance(value, bool)
-            if not number or not 0 <= value <= LONGEST:
-                raise UserError(
-                    f"{where}: {key}.{part}: {shown(value)} is out of range; allowed: 0 to "
-                    f"{LONGEST:.0e}"
-                )
-    if isinstance(scene.get("seed", 1), bool) or not isinstance(scene.get("seed", 1), int):
-        raise UserError(f"{where}: seed: {shown(scene['seed'])} is not a whole number")
 
 
 def _sampled(scene, factor):
@@ -413,3 +360,42 @@ def fixed(scene: Scene) -> Scene:
             "run), which says what it takes; in a sweep name scheme and dt"
         )
     return scene
+
+
+def resolved(sweep: Sweep, path: str | Path | None) -> Sweep:
+    """A sweep with its derived values, a table of `dpd derive`, in place of the stand-ins.
+
+    Raises `UserError` if a value is missing, or would change a start that runs share.
+    """
+    if not sweep.derived:
+        return sweep
+    keys = ", ".join(rule.key for rule in sweep.derived)
+    if path is None:
+        raise UserError(
+            f"sweep {sweep.name}: other sweeps measure {keys} for it; name the table that "
+            "`dpd derive` writes: --derived FILE"
+        )
+    if not Path(path).is_file():
+        raise UserError(f"{path}: there is no such file; let snakemake make it, or `dpd derive`")
+    anew = "delete the file and let snakemake make it again"
+    try:
+        with open(path, newline="") as file:
+            rows = [(row["point"], row["key"], float(row["value"])) for row in csv.DictReader(file)]
+    except (KeyError, TypeError, ValueError):
+        raise UserError(f"{path}: not a table of points, keys and values; {anew}") from None
+    values = {(point, key): value for point, key, value in rows}
+    points = []
+    for point in sweep.points:
+        data, where = point.scene.data, point.scene.where
+        for rule in sweep.derived:
+            if (point.name, rule.key) not in values:
+                raise UserError(f"{path}: no value of {rule.key} for {point.name}; {anew}")
+            data = changed(data, {rule.key: values[point.name, rule.key]}, where)
+        scene = Scene(data, where)
+        if start_is_shared(point.scene) and start_digest(scene) != start_digest(point.scene):
+            raise UserError(
+                f"{where}: derive: {keys} changes the first configuration, which is made before; "
+                "give start.forces a value of its own"
+            )
+        points.append(point._replace(scene=scene))
+    return replace(sweep, points=tuple(points))
