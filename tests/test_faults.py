@@ -101,7 +101,7 @@ STAGES_OF_TEXT = {
 @pytest.mark.parametrize("make", [device, os.mkdir])
 def test_no_stage_replaces_what_is_no_file(folder, dpd, stage, make, monkeypatch):
     """The same for files that are no results of runs."""
-    monkeypatch.setattr("dpd.pipeline.compiling.compile_for", lambda scenes: ["compiled"])
+    monkeypatch.setattr("dpd.pipeline.jobs.compile_for", lambda scenes: ["compiled"])
     *words, output = STAGES_OF_TEXT[stage]
     make(output)
     assert_refused(dpd(stage, *words, output), everything(), output)

@@ -104,7 +104,7 @@ points = [read_paper(paper, "smoke", [sweep]).sweeps[sweep].points[0] for paper,
 """
 
 COMPILE_ALL = f"""{FIRST}
-from dpd.pipeline.compiling import compile_for
+from dpd.pipeline.jobs import compile_for
 compile_for([point.scene for point in points])
 """
 

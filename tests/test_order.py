@@ -74,7 +74,7 @@ def test_studies_name_sweeps_that_there_are():
             r"studies\.mine\.first\.0: liu_2008 has no sweep 'melt'.*did you mean 'melts'",
         ),
         ("liu_2009.melts", r"studies\.mine\.first\.0: 'liu_2009' is not in .*config/papers"),
-        ("crgw_2019.hnc", r"studies\.mine\.first\.0: 'hnc' is calculated and has no runs"),
+        ("crgw_2019.hnc", r"studies\.mine\.first\.0: crgw_2019 has no sweep 'hnc'"),
         ("melts", r"studies\.mine\.first\.0: .*melts"),
     ],
 )

@@ -19,10 +19,9 @@ from dpd.commands.main import main
 from dpd.digest import ROOT
 from dpd.engine.checkpoint import stored_in
 from dpd.files import read, write
-from dpd.pipeline.jobs import RATE
+from dpd.pipeline.jobs import RATE, as_text, plan
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import results_of
-from dpd.pipeline.plan import as_text, plan
 from dpd.pipeline.status import (
     AT_WORK,
     DONE,

@@ -7,9 +7,9 @@ from dpd.analysis.collect import save
 from dpd.analysis.structure import derive
 from dpd.commands.main import main
 from dpd.errors import UserError
+from dpd.pipeline.jobs import as_text, plan
 from dpd.pipeline.paper import Paper, read_paper
 from dpd.pipeline.paths import Results
-from dpd.pipeline.plan import as_text, plan
 from dpd.pipeline.sweep import SweepFile, resolved
 from dpd.pipeline.theory import calculate, unfold_theory
 from dpd.sentences import read_section

@@ -40,8 +40,8 @@ PAPERS = option("papers", nargs="+")
 )
 def plan(options: Namespace) -> None:
     """Say what a study costs, by the rates of runs that are there."""
+    from dpd.pipeline.jobs import as_text, plan
     from dpd.pipeline.paper import read_paper
-    from dpd.pipeline.plan import as_text, plan
     from dpd.pipeline.study import read_config
 
     given = {"study": options.study, "papers": options.papers}
@@ -76,7 +76,7 @@ def benchmarks() -> ModuleType:
 )  # fmt: skip
 def compile_(options: Namespace) -> None:
     """Compile what a study needs."""
-    from dpd.pipeline.compiling import compile_for, with_kernels
+    from dpd.pipeline.jobs import compile_for, with_kernels
     from dpd.pipeline.paper import read_paper
 
     papers = [read_paper(paper, options.study) for paper in options.papers]

@@ -79,9 +79,10 @@ def new(options: Namespace) -> None:
 def _new_paper(name, overwrite):
     """The example paper under another name."""
     from dpd.digest import PAPERS_DIR, ROOT, shortened
-    from dpd.pipeline.study import check_paper_name
+    from dpd.pipeline.study import check_name, check_repository
 
-    check_paper_name(name)
+    check_repository()
+    check_name("papers", name)
     papers, figures = ROOT / "config" / "papers", ROOT / "paper_figures"
     to, beside = (PAPERS_DIR, PAPERS_DIR) if PAPERS_DIR else (papers, figures)
     if name == "example":

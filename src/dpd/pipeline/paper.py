@@ -92,8 +92,6 @@ class PaperFile(Section):
             yield from inside(f"sweeps.{name}", sweep.conflicts())
             yield from inside(f"sweeps.{name}.derive", self._derived(name))
         yield from self._seeds()
-        for name in {each for each in self.measurements if self.measurements.count(each) > 1}:
-            yield "measurements", f"{name!r} is there more than once; keep one"
         for name in self.measurements:
             if name in self.sweeps:
                 text = (
@@ -118,9 +116,8 @@ class PaperFile(Section):
             seeds = sweep.seeds or name
             if seeds in users:
                 text = (
-                    f"{seeds!r} gives it the noise of the sweep {users[seeds]!r}, and what comes "
-                    "of both would not be independent; allowed: the former name of a sweep that "
-                    "was renamed"
+                    f"{seeds!r} gives it the noise of the sweep {users[seeds]!r}; allowed: the "
+                    "former name of a sweep that was renamed"
                 )
                 yield f"sweeps.{name}.seeds", text
             users[seeds] = name
@@ -142,6 +139,12 @@ class PaperFile(Section):
         """Sources that are no sweep, are derived themselves, or have not the values it needs."""
         own, scene = self.sweeps[name].axes or {}, self.sweeps[name].scene
         for key, rule in (self.sweeps[name].derive or {}).items():
+            if not _has(scene, key):
+                text = (
+                    "the sweep's scene has no such key; give it there with a value to plan with, "
+                    "or correct the key"
+                )
+                yield key, text
             source = self.sweeps.get(rule.from_)
             if source is None:
                 said = f"no sweep {rule.from_!r}; {suggestion(rule.from_, self.sweeps)}"
@@ -150,38 +153,22 @@ class PaperFile(Section):
             if source.theory is None and rule.quantity not in MEASURED:
                 said = f"no quantity {rule.quantity!r}; {suggestion(rule.quantity, MEASURED)}"
                 yield f"{key}.quantity", said
-            if source.derive:
-                yield (
-                    f"{key}.from",
-                    (f"{rule.from_!r} has derived values itself; name a sweep that has none"),
-                )
-            if not _has(scene, key):
-                text = (
-                    "the sweep's scene has no such key; give it there with a value to plan with, "
-                    "or correct the key"
-                )
-                yield key, text
-            axes = source.axes or {}
-            if not own.keys() & axes.keys():
-                text = (
-                    f"{rule.from_!r} shares no axis with {name!r}; its axes: "
-                    f"{', '.join(axes) or 'none'}"
-                )
-                yield f"{key}.from", text
-            for axis, described in axes.items():
-                if axis not in own and len(described.taken) > 1:
-                    text = (
-                        f"{rule.from_!r} has several values on the axis {axis!r}, which {name!r} "
-                        "has not; give it one"
-                    )
-                    yield f"{key}.from", text
-                for value in own[axis].taken if axis in own else ():
-                    if value not in described.taken:
-                        text = (
-                            f"{rule.from_!r} has no {axis} {value}, which {name!r} needs; it has "
-                            f"{', '.join(map(str, described.taken))}; add it there"
-                        )
-                        yield f"{key}.from", text
+            yield from inside(f"{key}.from", _unlike(own, source, rule.from_))
+
+
+def _unlike(own, source, name):
+    """Why points with some axes do not find theirs in the sweep that measures for them."""
+    axes = source.axes or {}
+    if source.derive:
+        yield "", f"{name!r} has derived values itself; name a sweep that has none"
+    if not own.keys() & axes.keys():
+        yield "", f"{name!r} shares no axis with this sweep; its axes: {', '.join(axes) or 'none'}"
+    for axis, described in axes.items():
+        if axis not in own and len(described.taken) > 1:
+            yield "", f"{name!r} has several values on the axis {axis!r}; give it one"
+        for value in own[axis].taken if axis in own else ():
+            if value not in described.taken:
+                yield "", f"{name!r} has no {axis} {value}, which this sweep needs; add it there"
 
 
 def _has(scene, key):
@@ -227,7 +214,11 @@ def read_paper(
     first, seed = read_study(study).first or (), file_and_seed("study", study)[1]
     given = as_studied(read_yaml(path), names, studies(), f"{where}: ")
     paper = read_section(PaperFile, given, where)
-    _check_first(first, name, paper.sweeps, f"{WHERE}: studies.{names[0]}")
+    runs = [sweep for sweep, given in paper.sweeps.items() if given.theory is None]
+    for number, (of, _, sweep) in enumerate(each.rpartition(".") for each in first):
+        if of == name and sweep not in runs:
+            said = f"{WHERE}: studies.{names[0]}.first.{number}"
+            raise UserError(f"{said}: {name} has no sweep {sweep!r}; {suggestion(sweep, runs)}")
     for sweep in only or ():
         if sweep not in paper.sweeps:
             raise UserError(f"{where}: no sweep {sweep!r}; {suggestion(sweep, paper.sweeps)}")
@@ -249,16 +240,3 @@ def read_paper(
         name, paper.title, paper.reference, sweeps, tuple(paper.measurements), figures, sampling,
         theory,
     )  # fmt: skip
-
-
-def _check_first(first, name, sweeps, where):
-    """Refuse an order of sweeps that names one which the paper has not."""
-    for number, said in enumerate(first):
-        paper, _, sweep = said.rpartition(".")
-        if paper == name and sweep not in sweeps:
-            raise UserError(
-                f"{where}.first.{number}: {name} has no sweep {sweep!r}; "
-                f"{suggestion(sweep, sweeps)}"
-            )
-        if paper == name and sweeps[sweep].theory is not None:
-            raise UserError(f"{where}.first.{number}: {sweep!r} is calculated and has no runs")

@@ -9,7 +9,7 @@ from pydantic import Field, Tag
 
 from dpd.digest import PAPERS_DIR, ROOT, shortened
 from dpd.errors import UserError, shown, suggestion
-from dpd.page import OR_TABLE, Refusals, Section, inside, setting
+from dpd.page import OR_TABLE, Refusals, Section, setting
 from dpd.scene.yaml import read_yaml
 from dpd.sentences import read_section
 
@@ -34,12 +34,6 @@ class Study(Section):
         "each of them the shortest run is first. If not given, the longest run of all is first.",
         None,
     )
-
-    def conflicts(self) -> Refusals:
-        """Sweeps that are there twice."""
-        first = self.first or []
-        for name in sorted({each for each in first if first.count(each) > 1}):
-            yield "first", f"{name!r} is there more than once; keep one"
 
 
 class Config(Section):
@@ -67,25 +61,16 @@ class Config(Section):
         """Studies without the one whose values the papers' files have first, and theirs."""
         if "paper" not in self.studies:
             yield "studies", "the study 'paper' is missing, of which all others are children"
-        for name, study in self.studies.items():
-            if not isinstance(study, str):
-                yield from inside(f"studies.{name}", study.conflicts())
 
 
 def studies() -> dict[str, Study]:
     """All studies by name, as config/config.yaml has them."""
     check_repository()
     config = read_section(Config, read_yaml(CONFIG / "config.yaml"), WHERE)
-    if (CONFIG / "studies").exists():
-        raise UserError(
-            "config/studies: what a study changes stands beside the value in config/papers, as "
-            "{paper: 4000, quick: 400}, and its name in config/config.yaml, as studies: {night: "
-            "quick}; move it there and remove the folder"
-        )
     found = {}
     for name, given in config.studies.items():
         key = f"{WHERE}: studies.{name}"
-        _check_name(f"{WHERE}: studies", name)
+        check_name(f"{WHERE}: studies", name)
         if name == "archive" or SEEDED.fullmatch(name):
             raise UserError(f"{key}: results/{name} is not for a study; give it another name")
         if isinstance(given, str):
@@ -112,11 +97,10 @@ def lineage(study: str) -> list[str]:
 
 
 def as_studied(value: Any, names: list[str], known: Collection[str], key: str) -> Any:
-    """Plain data with what a study takes of each choice.
+    """Plain data with what a study takes of each choice, as ``{paper: 4000, quick: 400}``.
 
-    A choice has names of studies for keys, as ``{paper: 4000, quick: 400}``. Where it names none of
-    ``names``, or nothing is behind the name, its key or its place in a list is left out. Raises
-    `UserError` if some keys are names of studies, and others are not.
+    Where a choice names none of ``names``, or nothing is behind the name, its key or its place in a
+    list is left out. Raises `UserError` if only some of its keys are names of studies.
 
     ``names``: of `lineage`. ``known``: of all studies. ``key``: file and keys so far, for messages.
     """
@@ -167,7 +151,7 @@ def file_and_seed(key: str, study: str) -> tuple[str, int]:
                 f"{key}: {study!r}: a seed after the name of a study is 2 or more, without zeros "
                 f"before it; with the seed 1 it is {name!r}"
             )
-    _check_name(key, name)
+    check_name(key, name)
     if name not in studies():
         raise UserError(
             f"{key}: {shown(name)} is none of the studies in {WHERE}; {suggestion(name, studies())}"
@@ -188,12 +172,6 @@ def read_study(name: str) -> Study:
     return study
 
 
-def check_paper_name(name: str) -> None:
-    """Refuse a name that a paper of one's own could not have, or no repository to put it in."""
-    check_repository()
-    _check_name("papers", name)
-
-
 def check_repository() -> None:
     """Refuse to go on without the project's repository, where its papers and studies are."""
     if not (CONFIG / "config.yaml").is_file():
@@ -206,7 +184,7 @@ def check_repository() -> None:
 def file_of_paper(key: str, paper: str) -> Path:
     """The file of a paper, refused if there is none, or two."""
     check_repository()
-    _check_name(key, paper)
+    check_name(key, paper)
     folders = [CONFIG / "papers", *([PAPERS_DIR] if PAPERS_DIR else [])]
     if not folders[-1].is_dir():
         raise UserError(f"papers_dir: {folders[-1]}: there is no such folder; name that of papers")
@@ -220,7 +198,7 @@ def file_of_paper(key: str, paper: str) -> Path:
     return found[0]
 
 
-def _check_name(key, name):
+def check_name(key: str, name: object) -> None:
     """Refuse a name that would not do for a folder, or would mean something in a shell."""
     if not NAME.fullmatch(str(name)):  # YAML has numbers as keys
         raise UserError(
