@@ -176,7 +176,7 @@ def status(options: Namespace) -> None:
     """
     from dataclasses import asdict
 
-    from dpd.pipeline.status import as_text, of_snakemake, seconds_left
+    from dpd.pipeline.status import as_text, seconds_left
 
     while True:
         title, runs = _status_of(options.path, options.papers)
@@ -184,8 +184,7 @@ def status(options: Namespace) -> None:
             found = {"time": time.time(), "seconds_left": seconds_left(runs)}
             print(json.dumps(found | {"runs": [asdict(run) for run in runs]}), flush=True)
         else:
-            said = of_snakemake() if any(len(run.name) > 1 for run in runs) else ""
-            print("\n".join(filter(None, [as_text(runs, title), said])), flush=True)
+            print(as_text(runs, title), flush=True)
         if options.watch is None:
             return
         time.sleep(options.watch)

@@ -6,9 +6,8 @@ It is read from locks, checkpoints, results and logs, and nothing is changed.
 from __future__ import annotations
 
 import os
-import re
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,6 @@ import numpy as np
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error
-from dpd.digest import ROOT
 from dpd.engine.checkpoint import stored_in
 from dpd.errors import FAILED, UserError, reason
 from dpd.pipeline.paper import read_paper
@@ -34,11 +32,10 @@ if TYPE_CHECKING:
 AT_WORK, DONE, STOPPED, FAILS, WAITS = "at work", "done", "stopped", "failed", "waiting"
 STATES = (AT_WORK, DONE, STOPPED, FAILS, WAITS)
 ASKED = ("as asked", "interrupted")  # in the last sentence of a command that a signal has ended
-STEPS = re.compile(r"^\d+ of \d+ steps \(.*\) done$", re.MULTILINE)  # of Snakemake's log
 MOST = 20  # runs that are listed with what is wrong with them
 
 
-@dataclass(frozen=True)
+@dataclass
 class RunStatus:
     """One run as it is now."""
 
@@ -69,7 +66,7 @@ def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -
                 error = errors.get(f"{sweep.name} {point.name}", "")
                 run = look_at(name, results.run(*name), point.scene, error)
                 if waits and run.state in (DONE, WAITS):
-                    run = replace(run, state=WAITS, why=waits)
+                    run.state, run.why = WAITS, waits
                 found.append(run)
     return found
 
@@ -101,51 +98,53 @@ def look_at(
     """The status of a run, with the ``scene`` that is to run, and the error in its log."""
     run = RunStatus(name, str(path))
     if scene is not None:
-        run = replace(run, steps=sum(scene.steps), beads=scene.beads)
+        run.steps, run.beads = sum(scene.steps), scene.beads
+    checkpoint = checkpoint_path(path)
     try:
         worker = worker_on(path)
     except UserError as problem:
-        return replace(run, state=FAILS, why=str(problem))
-    checkpoint = checkpoint_path(path)
-    if worker is not None and worker.alive:
-        who = f"process {worker.process} on {worker.host}"
-        step, steps, rate = (worker.report.get(key) for key in ("step", "steps", "rate"))
-        run = replace(run, state=AT_WORK, why=who, step=step, steps=steps or run.steps, rate=rate)
-        stored = stored_in(checkpoint)
-        return replace(run, measured=_means(stored.arrays)) if stored else run
-    made = _made(run, scene)
-    if made.state == DONE:
-        return made
-    if error:
-        return replace(run, state=FAILS, why=error)
-    if worker is None and not os.path.lexists(checkpoint):
-        return made
-    why = "it was stopped" if worker is None else f"process {worker.process} was killed"
-    stored = stored_in(checkpoint)
-    if stored is None or (scene is not None and stored.key["scene"] != scene.digest):
-        return replace(run, state=STOPPED, why=f"{why}; it begins anew")
-    step = int(stored.arrays["step"])
-    run = replace(run, state=STOPPED, why=f"{why}; it goes on from step {step}", step=step)
-    return replace(run, measured=_means(stored.arrays))
-
-
-def _made(run, scene):
-    """A run with its result, if there is one; it waits if the result is of no use."""
-    if not os.path.lexists(run.path):
+        run.state, run.why = FAILS, str(problem)
         return run
+    if worker is not None and worker.alive:
+        run.state, run.why = AT_WORK, f"process {worker.process} on {worker.host}"
+        run.step, steps, run.rate = (worker.report.get(key) for key in ("step", "steps", "rate"))
+        run.steps = steps or run.steps
+        if stored := stored_in(checkpoint):
+            run.measured = _means(stored.arrays)
+        return run
+    _look_at_result(run, scene)
+    if run.state == DONE:
+        return run
+    if error:
+        run.state, run.why = FAILS, error
+    elif worker is not None or os.path.lexists(checkpoint):
+        why = "it was stopped" if worker is None else f"process {worker.process} was killed"
+        run.state, run.why, stored = STOPPED, f"{why}; it begins anew", stored_in(checkpoint)
+        if stored and (scene is None or stored.key["scene"] == scene.digest):
+            run.step, run.measured = int(stored.arrays["step"]), _means(stored.arrays)
+            run.why = f"{why}; it goes on from step {run.step}"
+    return run
+
+
+def _look_at_result(run, scene):
+    """Whether a run is done; it waits if there is no result, or one that is of no use."""
+    if not os.path.lexists(run.path):
+        return
     try:
         values, found = files.read(run.path)
         steps, beads = int(found["steps"]), int(found["beads"])
     except UserError as problem:
-        return replace(run, why=str(problem).removeprefix(f"{run.path}: "))
+        run.why = str(problem).removeprefix(f"{run.path}: ")
+        return
     except KeyError:
-        return replace(run, why="not the result of a run")
+        run.why = "not the result of a run"
+        return
     if scene is not None and not is_made(scene, run.path):
-        return replace(run, why="its scene, or the sources, changed since its result was made")
-    rate = float(found["bead_steps_per_second"]) / beads
-    return replace(
-        run, state=DONE, step=steps, steps=steps, beads=beads, rate=rate, measured=_means(values)
-    )
+        run.why = "its scene, or the sources, changed since its result was made"
+        return
+    run.state, run.measured = DONE, _means(values)
+    run.step, run.steps, run.beads = steps, steps, beads
+    run.rate = float(found["bead_steps_per_second"]) / beads
 
 
 def _means(arrays: Mapping[str, np.ndarray]) -> dict[str, tuple[float, float]]:
@@ -168,13 +167,6 @@ def errors_in(logs: str) -> dict[str, str]:
             if line.startswith(FAILED) and not any(words in line for words in ASKED):
                 found[name] = said
     return found
-
-
-def of_snakemake() -> str:
-    """How far the last Snakemake is or got, by its log; nothing if it has none."""
-    logs = sorted((ROOT / ".snakemake" / "log").glob("*.log"), key=os.path.getmtime)
-    said = STEPS.findall(logs[-1].read_text(errors="replace")) if logs else []
-    return f"snakemake: {said[-1]}" if said else ""
 
 
 def as_text(runs: Sequence[RunStatus], title: str) -> str:
