@@ -38,9 +38,6 @@ from dpd.start import start_digest, start_is_shared
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
 os.environ.update(here, PYTHONPATH=str(ROOT / "src"), MPLBACKEND="Agg")
-# A rule's command writes a log through `tee`. A log that cannot be written, as on a full disk, must
-# not make the job fail, or Snakemake would remove what a long run has made: the first command counts.
-shell.suffix("|| exit ${{PIPESTATUS[0]}}")
 
 
 # Results belong to the repository, wherever snakemake is called from, unless -d says otherwise.

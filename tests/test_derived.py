@@ -158,30 +158,27 @@ def runs(folder):
 def test_a_changed_contact_runs_again_and_an_unchanged_one_does_not(tmp_path):
     """Through the pipeline: measure, derive, simulate; then other sources, then another core."""
     folder = copy_repository(tmp_path / "copy")
-    done = snakemake(folder, *ASKED)
-    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    first = runs(folder)
+
+    def made():
+        done = snakemake(folder, *ASKED)
+        assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
+        assert planned(folder, *ASKED) == {}
+        return runs(folder)
+
+    first = made()
     table = pd.read_csv(folder / f"results/smoke/{PAPER}/derived/{SWEEP}.csv")
     assert dict(zip(table.point, table.value)) == {n: length for n, (length, _) in first.items()}
-    assert planned(folder, *ASKED) == {}
-
     path = folder / "src" / "dpd" / "analysis" / "statistics.py"
     path.write_text(path.read_text() + "EDITED = 1\n")
     assert planned(folder, *ASKED)["derive"] == 1
-    assert snakemake(folder, *ASKED).returncode == 0
-    assert runs(folder) == first  # the same runs, to the second that they took
-    assert planned(folder, *ASKED) == {}
-
+    assert made() == first  # the same runs, to the second that they took
     edit(
         folder / "config" / "papers" / f"{PAPER}.yaml",
         "  contacts:\n    scene:\n      <<: *monomers\n",
         "  contacts:\n    scene:\n      <<: *monomers\n      core: {radius: 0.25, force: 100}\n",
     )
-    done = snakemake(folder, *ASKED)
-    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    second = runs(folder)
+    second = made()
     assert all(second[name][0] > first[name][0] for name in first)
-    assert planned(folder, *ASKED) == {}
 
 
 def test_deriving_for_a_sweep_that_has_nothing_derived(capsys):

@@ -1,7 +1,6 @@
 """What a workflow says last: the sentences of the jobs that failed."""
 
 import os
-import shutil
 from pathlib import Path
 
 import pytest
@@ -43,23 +42,3 @@ def test_a_workflow_ends_with_them(tmp_path):
     last = done.stderr.rstrip().splitlines()[-1]
     assert last.startswith("error: ") and "run.checkpoint" in last
     assert last.endswith("(results/smoke/logs/groot_warren_1997/runs/fluid/0.log)")
-
-
-@pytest.mark.thorough
-def test_a_log_without_room_costs_no_run(tmp_path, monkeypatch):
-    """`tee` fails, as on a full disk, and the run is there; where the run fails, the job does."""
-    failing = tmp_path / "bin" / "tee"
-    failing.parent.mkdir()
-    failing.write_text(f'#!/bin/sh\n{shutil.which("tee")} "$@"\necho no room >&2\nexit 1\n')
-    failing.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{failing.parent}:{os.environ['PATH']}")
-    folder = copy_repository(tmp_path / "copy")
-    made = folder / "results" / "smoke" / "groot_warren_1997" / "runs" / "fluid" / "replica=0"
-    target = str(made.parent.relative_to(folder) / "0.made")
-    (made / "run.checkpoint").mkdir(parents=True)
-    failed = snakemake(folder, target, *SMOKE)
-    assert failed.returncode != 0 and "MissingOutputException" not in failed.stderr
-    (made / "run.checkpoint").rmdir()
-    done = snakemake(folder, target, *SMOKE)
-    assert done.returncode == 0 and (made / "run.nc").is_file(), done.stderr[-3000:]
-    assert "no room" in done.stderr

