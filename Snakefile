@@ -26,7 +26,7 @@ from dpd.errors import UserError
 from dpd.pipeline import jobs
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
 from dpd.pipeline.paper import read_paper
-from dpd.pipeline.study import read_config, read_study
+from dpd.pipeline.paper import read_config, read_study
 from dpd.report.figure_file import figure_path
 from dpd.report.workflow import say_at_exit
 from dpd.stages import (

@@ -22,7 +22,7 @@ from dpd.report.workflow import commit, processor
 from dpd.runs.measured import versions
 from dpd.stages import stage_digest
 
-# The names that dpd.pipeline.study allows.
+# The names that dpd.pipeline.paper allows.
 MEASUREMENTS = {
     "lammps": beside_lammps,
     "scaling": scaling,

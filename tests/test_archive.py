@@ -15,9 +15,8 @@ from PIL import Image
 from dpd import files
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.pipeline.paper import Figure, Paper, read_paper
+from dpd.pipeline.paper import Figure, Paper, read_config, read_paper
 from dpd.pipeline.paths import LONG_STUDY, Results
-from dpd.pipeline.study import read_config
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report import archive
 from dpd.report.archive import keep_whole, manifest_of, restore

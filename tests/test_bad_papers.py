@@ -3,8 +3,7 @@
 import pytest
 
 from dpd.errors import UserError
-from dpd.pipeline.paper import read_paper
-from dpd.pipeline.study import as_studied
+from dpd.pipeline.paper import as_studied, read_paper
 from tests.test_bad_input import FLUID, WRONG, key_of, places, refusal, with_value
 
 
@@ -63,7 +62,7 @@ def unfold(monkeypatch):
         def read(path):
             return {"papers": paper, "config": config}[path.parent.name]
 
-        monkeypatch.setattr("dpd.pipeline.study.read_yaml", read)
+        monkeypatch.setattr("dpd.pipeline.paper.read_yaml", read)
         monkeypatch.setattr("dpd.pipeline.paper.read_yaml", read)
         return read_paper("groot_warren_1997", study)
 

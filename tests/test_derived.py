@@ -96,13 +96,13 @@ def test_blocks_of_several_configurations_are_refused(sweep):
 def test_a_table_that_lacks_a_value_or_is_none(sweep, tmp_path):
     """Named with the point and the key."""
     path = tmp_path / "derived.csv"
-    with pytest.raises(UserError, match="no such file"):
+    with pytest.raises(UserError, match="no table"):
         resolved(sweep, path)
     path.write_text("point,key,value,from\n")
     with pytest.raises(UserError, match=r"no value of bond.length for force=50"):
         resolved(sweep, path)
     path.write_text("point,key,value,from\nx,bond.length,long,nowhere\n")
-    with pytest.raises(UserError, match="not a table"):
+    with pytest.raises(UserError, match="no table"):
         resolved(sweep, path)
 
 

@@ -146,7 +146,7 @@ def test_of_the_pipeline_a_report_knows_papers_and_paths():
     rooms = [module for module in MODULES if room_of(module) == "report"]
     names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
     known = {".".join(name.split(".")[:2]) for name in names if name.startswith("pipeline")}
-    names = ("paper", "paths", "study", "sweep", "theory")
+    names = ("paper", "paths", "sweep", "theory")
     assert known <= {f"pipeline.{name}" for name in names}
 
 

@@ -6,11 +6,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-import dpd.pipeline.study as module
+import dpd.pipeline.paper as module
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.pipeline.paper import read_paper
-from dpd.pipeline.study import read_config, read_study
+from dpd.pipeline.paper import read_config, read_paper, read_study
 from tests.test_bad_input import FLUID, with_value
 from tests.test_bad_papers import PAPER
 
@@ -84,7 +83,7 @@ def test_a_study_with_another_seed(config):
             given, sampled = a.calculation.plain(), "seed" in type(a.calculation).model_fields
             assert b.calculation.plain() == (given | {"seed": 2} if sampled else given)
     for wrong in ("smoke-seed1", "smoke-seed02", "smoke-seed0"):
-        with pytest.raises(UserError, match="2 or more"):
+        with pytest.raises(UserError, match="is none of the studies"):
             read_study(wrong)
     add_study(config, "smoke-seed3", "smoke")
     with pytest.raises(UserError, match="another name"):

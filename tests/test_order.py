@@ -5,11 +5,10 @@ import shutil
 import pytest
 import yaml
 
-import dpd.pipeline.study as module
+import dpd.pipeline.paper as module
 from dpd.errors import UserError
 from dpd.pipeline.jobs import priorities
-from dpd.pipeline.paper import read_paper
-from dpd.pipeline.study import CONFIG, read_study, studies
+from dpd.pipeline.paper import CONFIG, read_paper, read_study, studies
 
 
 @pytest.fixture(scope="module")

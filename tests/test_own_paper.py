@@ -8,7 +8,7 @@ import sys
 import pandas as pd
 import pytest
 
-from dpd.pipeline.study import read_config
+from dpd.pipeline.paper import read_config
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
 

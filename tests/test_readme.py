@@ -16,8 +16,8 @@ from dpd.analysis.collect import RECORDED
 from dpd.commands.main import new_parser
 from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
+from dpd.pipeline.paper import read_config
 from dpd.pipeline.paths import Results
-from dpd.pipeline.study import read_config
 from dpd.report import archive, documents
 from dpd.report.documents import deviations, figure_counts, pages, run_table
 from dpd.scene.scene import Scene

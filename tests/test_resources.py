@@ -4,8 +4,7 @@ import pytest
 
 from dpd.errors import UserError
 from dpd.pipeline.jobs import GROUPS, RATE, batches, group, megabytes, minutes, start_bead_steps
-from dpd.pipeline.paper import read_paper
-from dpd.pipeline.study import read_config
+from dpd.pipeline.paper import read_config, read_paper
 from dpd.scene.scene import Scene
 from dpd.start import start_digest, start_is_shared
 from tests.conftest import SCENE

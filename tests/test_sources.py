@@ -9,8 +9,7 @@ import pytest
 
 from dpd.digest import PACKAGE, ROOT
 from dpd.page import Observable, Term, find, module_of, names
-from dpd.pipeline.paper import read_paper
-from dpd.pipeline.study import read_config
+from dpd.pipeline.paper import read_config, read_paper
 from dpd.report.figure_file import figure_path
 from dpd.scene.scene import Scene
 from dpd.sources import DECIDE_NOTHING, HOMES, file_of, reachable, source_of

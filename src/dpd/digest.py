@@ -19,7 +19,7 @@ def _repository() -> Path:
         return own
 
 
-# It may be any folder: only papers and studies need the repository (`dpd.pipeline.study`).
+# It may be any folder: only papers and studies need the repository (`dpd.pipeline.paper`).
 ROOT = _repository()
 # A folder of papers outside of the repository, each NAME.yaml with a folder NAME of its figures.
 _GIVEN = os.environ.get("DPD_PAPERS_DIR")

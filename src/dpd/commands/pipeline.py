@@ -41,8 +41,7 @@ PAPERS = option("papers", nargs="+")
 def plan(options: Namespace) -> None:
     """Say what a study costs, by the rates of runs that are there."""
     from dpd.pipeline.jobs import as_text, plan
-    from dpd.pipeline.paper import read_paper
-    from dpd.pipeline.study import read_config
+    from dpd.pipeline.paper import read_config, read_paper
 
     given = {"study": options.study, "papers": options.papers}
     config = read_config({key: value for key, value in given.items() if value})
@@ -246,8 +245,7 @@ def measure(options: Namespace) -> None:
 )  # fmt: skip
 def figure(options: Namespace) -> None:
     """Make a figure."""
-    from dpd.pipeline.paper import read_paper
-    from dpd.pipeline.study import file_of_paper
+    from dpd.pipeline.paper import file_of_paper, read_paper
     from dpd.report.figures import make_figure
 
     figures = read_paper(options.paper, options.study, only=[]).figures
@@ -281,8 +279,7 @@ def verdicts(options: Namespace) -> None:
 )  # fmt: skip
 def report(options: Namespace) -> None:
     """Write the report."""
-    from dpd.pipeline.paper import read_paper
-    from dpd.pipeline.study import read_study
+    from dpd.pipeline.paper import read_paper, read_study
     from dpd.report.page import write_page
 
     papers = [read_paper(name, options.study) for name in options.papers]

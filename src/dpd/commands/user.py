@@ -79,7 +79,7 @@ def new(options: Namespace) -> None:
 def _new_paper(name, overwrite):
     """The example paper under another name."""
     from dpd.digest import PAPERS_DIR, ROOT, shortened
-    from dpd.pipeline.study import check_name, check_repository
+    from dpd.pipeline.paper import check_name, check_repository
 
     check_repository()
     check_name("papers", name)
@@ -192,9 +192,9 @@ def status(options: Namespace) -> None:
 
 def _status_of(path, papers):
     """What to look at, a study or runs of one's own, with a title."""
+    from dpd.pipeline.paper import CONFIG, SEEDED, read_config, studies
     from dpd.pipeline.paths import results_of
     from dpd.pipeline.status import own_status, runs_in, study_status
-    from dpd.pipeline.study import CONFIG, SEEDED, read_config, studies
 
     study = read_config()["study"] if path is None else path.resolve().name
     folder = results_of(study).folder if path is None or str(path) == study else str(path)

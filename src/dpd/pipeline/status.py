@@ -17,9 +17,8 @@ from dpd import files
 from dpd.analysis.statistics import mean_and_error
 from dpd.engine.checkpoint import stored_in
 from dpd.errors import FAILED, UserError, reason
-from dpd.pipeline.paper import read_paper
+from dpd.pipeline.paper import read_config, read_paper
 from dpd.pipeline.paths import Results
-from dpd.pipeline.study import read_config
 from dpd.pipeline.sweep import resolved
 from dpd.runs.lock import worker_on
 from dpd.runs.result import checkpoint_path, is_made

@@ -7,7 +7,6 @@ import re
 from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 from zlib import crc32
 
@@ -22,6 +21,7 @@ from dpd.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
+    from pathlib import Path
 
 MOST_POINTS = 5000  # of a sweep; Snakemake is slow from some thousand jobs on
 LONGEST_NAME = 200  # letters of a point; a file system has names of up to 255
@@ -375,14 +375,12 @@ def resolved(sweep: Sweep, path: str | Path | None) -> Sweep:
             f"sweep {sweep.name}: other sweeps measure {keys} for it; name the table that "
             "`dpd derive` writes: --derived FILE"
         )
-    if not Path(path).is_file():
-        raise UserError(f"{path}: there is no such file; let snakemake make it, or `dpd derive`")
-    anew = "delete the file and let snakemake make it again"
+    anew = "let snakemake make it, or `dpd derive`"
     try:
         with open(path, newline="") as file:
             rows = [(row["point"], row["key"], float(row["value"])) for row in csv.DictReader(file)]
-    except (KeyError, TypeError, ValueError):
-        raise UserError(f"{path}: not a table of points, keys and values; {anew}") from None
+    except (OSError, KeyError, TypeError, ValueError):
+        raise UserError(f"{path}: no table of points, keys and values; {anew}") from None
     values = {(point, key): value for point, key, value in rows}
     points = []
     for point in sweep.points:

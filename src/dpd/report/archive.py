@@ -26,9 +26,8 @@ from dpd.analysis.collect import load, reading
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
-from dpd.pipeline.paper import read_paper
+from dpd.pipeline.paper import SEEDED, read_config, read_paper, read_study
 from dpd.pipeline.paths import LONG_STUDY, results_of
-from dpd.pipeline.study import SEEDED, read_config, read_study
 from dpd.report.figure_file import call, load_module
 from dpd.report.figures import joined, read_verdicts, verdicts_of
 from dpd.report.style import LOOK

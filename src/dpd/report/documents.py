@@ -23,9 +23,8 @@ from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.observe.common.measured import observables
 from dpd.page import Observable, find, names
-from dpd.pipeline.paper import PaperFile, read_paper
+from dpd.pipeline.paper import Config, PaperFile, check_repository, read_paper, read_study
 from dpd.pipeline.paths import LONG_STUDY
-from dpd.pipeline.study import Config, check_repository, read_study
 from dpd.pipeline.theory import calculations_of
 from dpd.report.archive import FIGURES, manifest_of, pictures, read_archive, studies
 from dpd.report.figure_file import load_module
