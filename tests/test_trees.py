@@ -1,7 +1,5 @@
 """Branched molecules: how they are written, measured, begun and kept in files."""
 
-from itertools import permutations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,10 +15,9 @@ from dpd.particles.formats import read, write
 from dpd.particles.particles import whole_images
 from dpd.physics.shear import Shear
 from dpd.runs.result import last_configuration
-from dpd.scene.molecules import MOST_BEADS, Molecule, length_of, tree_of
+from dpd.scene.molecules import MOST_BEADS, Molecule, tree_of
 from dpd.scene.scene import Scene
 from dpd.start import start_description
-from dpd.start.common.from_file import canonical
 from dpd.start.common.make import make_start, system_of
 from tests.test_bad_input import refusal
 
@@ -43,7 +40,6 @@ def molecule(architecture, count=1):
 def test_architectures(architecture, beads, parents):
     """A bracket without a number hangs on the bead before it; one with a number is repeated."""
     assert tree_of(architecture) == (tuple(beads), tuple(parents))  # digits alone are repeats
-    assert length_of(architecture) == len(beads)
 
 
 # Text of some parts, species of the beads, bonds, and the last bead along the chain.
@@ -102,12 +98,10 @@ def test_architectures_are_trees(drawn):
     [
         ("A (B (C)", ["A >>>(<<<B", "not closed"]),
         ("A ((B) C)", ["A (>>>(<<<B) C)", "no bead before this branch"]),
-        ("3 A", [">>>3<<< A", "behind a species"]),
+        ("3 A", [">>>3<<< A", "nor a species"]),
         ("1A B 1A", [">>>1A<<< B 1A", "no rings"]),
-        ("+a", [">>>+a<<<", "a letter, then letters, digits"]),
-        ("((((A 999) 999) 999) 999) 999", ["9.9501e+14 beads", f"<= {MOST_BEADS}"]),
-        ("A " + "(" * 60, ["nested deeper than 50"]),
-        ("A " * 100 + "(B 0)", ["...", ">>>0<<<"]),
+        ("((((A 999) 999) 999) 999) 999", ["((>>>(<<<(A", f"more beads than {MOST_BEADS}"]),
+        ("A " * 100 + "(B 0)", ["A (B >>>0<<<)", "nor a species"]),
     ],
 )
 def test_what_is_no_molecule(architecture, named):
@@ -292,23 +286,6 @@ def test_distributions_have_the_area_one():
     assert found["bond_pair"].tolist() == ["A A", "A B", "A C", "B B", "B C", "C C", "C D"]
     np.testing.assert_allclose(found["pair_bond_density"].sum(axis=2) * 2 / 67, 1, rtol=1e-12)
     np.testing.assert_allclose(found["pair_bond_mean"][0], [0.5, 0.8, 0.7, 0.3, 0.8, 0.8, 0.9])
-
-
-def test_the_same_trees_have_the_same_code():
-    """In any numbering, by brute force over all of them; others have another one."""
-    numbers, codes = {}, {}
-    for parents in [(0, 1, 2), (0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 0, 2)]:
-        for species in [(0, 0, 0, 0), (0, 1, 0, 0), (1, 0, 0, 0)]:
-            bonds = [(bead, parent) for bead, parent in enumerate(parents, start=1)]
-            same = min(
-                (tuple(sorted(tuple(sorted((to[a], to[b]))) for a, b in bonds)),
-                 tuple(species[to.index(k)] for k in range(4)))
-                for to in permutations(range(4))
-            )  # fmt: skip
-            near = [[b for bond in bonds for b in bond if k in bond and b != k] for k in range(4)]
-            codes.setdefault(same, set()).add(canonical(near, species, 0, numbers)[0])
-    assert all(len(found) == 1 for found in codes.values())
-    assert len({code for found in codes.values() for code in found}) == len(codes) > 5
 
 
 @pytest.fixture

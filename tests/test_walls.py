@@ -97,7 +97,7 @@ def test_a_run_goes_on_from_another(channel, tmp_path):
 
 @pytest.mark.parametrize(
     ("box", "words"),
-    [((3.0, 4.0, 4.9), "walls of .* are 5 apart"), ((3.0, 4.5, 9.0), "4.5"),
+    [((3.0, 4.0, 4.9), "its box is .*4.9"), ((3.0, 4.5, 9.0), "4.5"),
      ((3.0, 4.0, 5.0), "bonded through the face")],
 )  # fmt: skip
 def test_a_file_of_another_box(channel, tmp_path, box, words):

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 MOST_BEADS = 10**6  # of one molecule
-MOST_NESTED = 50  # brackets in brackets
 AROUND = 30  # characters that a message shows on either side of a mistake
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_+-]{0,31}")
-NUMBER = re.compile(r"[0-9]+")
-WORD = re.compile(r"[()]|[^\s()]+")
+# A bracket that opens; or a species or a bracket that closes, each with a number behind it or none.
+PIECE = re.compile(
+    r"(?P<what>\(|(?:\)|[A-Za-z][A-Za-z0-9_+-]{0,31}(?![^\s()])))"
+    r"(?:(?<!\()\s*(?P<times>[1-9][0-9]{0,6})(?![^\s()]))?\s*"
+)
 RULES = (
     "write species and repeats as 'A 3 B 9'; behind a bead a branch in brackets, 'A 3 (B 2) A 3'; "
     "groups with their repeats, '(A 2 B) 4'; a species is a letter, then letters, digits, _, + or "
@@ -162,105 +163,56 @@ def numbers_of(table: Mapping[str, Any], names: Sequence[tuple[str, ...]]) -> np
     return np.array(found, np.int64)
 
 
+@lru_cache(maxsize=64)
 def tree_of(architecture: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
     """``beads`` and ``parents`` of the `Molecule` that an architecture describes.
 
-    A `ValueError` marks the place where it cannot be read.
+    A `ValueError` marks the place where it cannot be read, or says that there are too many beads.
     """
+
+    def refuse(start: int, problem: str) -> NoReturn:
+        mistake = re.findall(r"[()]|[^\s()]*", architecture[start:])[0]
+        before, behind = architecture[max(0, start - AROUND) : start], start + len(mistake)
+        around = f"{before}>>>{mistake[:AROUND]}<<<{architecture[behind : behind + AROUND]}"
+        raise ValueError(f"{shown(around, str)}: {problem}; {RULES}")
+
     beads: list[str] = []
     parents: list[int] = []
-    _write_out(_parts(architecture), beads, parents, -1)
+    opened: list[tuple[int, int, int]] = []  # where a bracket is, its first bead, the one before
+    last, place = -1, len(architecture) - len(architecture.lstrip())
+    while place < len(architecture):
+        piece = PIECE.match(architecture, place)
+        if piece is None:
+            refuse(place, "neither a bracket nor a species, with a number behind it or without one")
+        what, times, start, place = piece["what"], piece["times"], place, piece.end()
+        if what == "(":
+            opened.append((start, len(beads), last))
+            continue
+        first, before = len(beads), last
+        if what != ")":
+            beads.append(what)
+            parents.append(last)
+            last = first
+        else:
+            if not opened:
+                refuse(start, "no bracket is open that this one could close")
+            start, first, before = opened.pop()
+            if first == len(beads):
+                refuse(start, "the bracket is empty")
+            if times is None and first == (opened[-1][1] if opened else 0):
+                refuse(start, "there is no bead before this branch that it could hang on")
+        size, copies = len(beads) - first, int(times or 1) - 1
+        if len(beads) + size * copies > MOST_BEADS:
+            refuse(start, f"more beads than {MOST_BEADS}, which is the most in one molecule")
+        inside = parents[first + 1 :]
+        for shift in range(size, size * (copies + 1), size):
+            parents += [last, *(parent + shift for parent in inside)]
+            last += size
+        beads += beads[first:] * copies
+        if what == ")" and times is None:
+            last = before
+    if opened:
+        refuse(opened[-1][0], "this bracket is not closed")
+    if not beads:
+        refuse(0, "there are no beads")
     return tuple(beads), tuple(parents)
-
-
-def length_of(architecture: str) -> int:
-    """How many beads an architecture describes, without writing them out.
-
-    A `ValueError` as `tree_of` has it, also for more than `MOST_BEADS` beads.
-    """
-    beads = _count(_parts(architecture))
-    if beads > MOST_BEADS:
-        raise ValueError(
-            f"{shown(architecture)} is a molecule of {beads:.6g} beads; allowed: <= {MOST_BEADS}"
-        )
-    return beads
-
-
-def _parts(architecture: str) -> list[tuple[Any, int | None]]:
-    """Species or parts in brackets, each with its repeats; a branch has none."""
-
-    def refuse(start, end, problem):
-        raise ValueError(f"{_marked(architecture, start, end)}: {problem}; {RULES}")
-
-    words = list(WORD.finditer(architecture))
-    open_brackets: list[tuple[int, list]] = [(0, [])]  # where each is, and what is in it so far
-    for number, word in enumerate(words):
-        text, parts, span = word[0], open_brackets[-1][1], word.span()
-        times = _times(words[number + 1], refuse) if number + 1 < len(words) else None
-        if text == "(":
-            open_brackets.append((span[0], []))
-            if len(open_brackets) > MOST_NESTED + 1:
-                refuse(*span, f"brackets are nested deeper than {MOST_NESTED}")
-        elif text == ")":
-            opened, _ = open_brackets.pop()
-            if not open_brackets:
-                refuse(*span, "no bracket is open that this one could close")
-            if not parts:
-                refuse(opened, opened + 1, "the bracket is empty")
-            if times is None and not open_brackets[-1][1]:
-                text = "there is no bead before this branch that it could hang on"
-                refuse(opened, opened + 1, text)
-            open_brackets[-1][1].append((parts, times))
-        elif NAME.fullmatch(text):
-            parts.append((text, times or 1))
-        elif not NUMBER.fullmatch(text):
-            refuse(*span, "this is neither a species, nor a number, nor a bracket")
-        elif number == 0 or words[number - 1][0] == "(" or NUMBER.fullmatch(words[number - 1][0]):
-            refuse(*span, "a number of repeats stands behind a species or a bracket")
-    opened, parts = open_brackets[-1]
-    if len(open_brackets) > 1:
-        refuse(opened, opened + 1, "this bracket is not closed")
-    if not parts:
-        refuse(0, 0, "there are no beads")
-    return parts
-
-
-def _times(word, refuse):
-    """The repeats that a word gives; None if it is something else."""
-    if not NUMBER.fullmatch(word[0]):
-        return None
-    if len(word[0]) > len(str(MOST_BEADS)):
-        refuse(*word.span(), f"so many repeats are not allowed: <= {MOST_BEADS}")
-    if int(word[0]) == 0:
-        refuse(*word.span(), "repeats are at least 1")
-    return int(word[0])
-
-
-def _marked(text, start, end):
-    """The text around a word, which stands between arrows."""
-    before = text[:start] if start <= AROUND else f"...{text[start - AROUND : start]}"
-    behind = text[end:] if len(text) - end <= AROUND else f"{text[end : end + AROUND]}..."
-    middle = text[start:end] if end - start <= AROUND else f"{text[start : start + AROUND]}..."
-    return shown(f"{before}>>>{middle}<<<{behind}", str)
-
-
-def _count(parts):
-    """Beads of some parts."""
-    return sum(
-        (times or 1) * (1 if isinstance(part, str) else _count(part)) for part, times in parts
-    )
-
-
-def _write_out(parts, beads, parents, last):
-    """Append beads that go on from bead ``last``; return the last one along the chain."""
-    for part, times in parts:
-        here = last
-        for _ in range(times or 1):
-            if isinstance(part, str):
-                beads.append(part)
-                parents.append(last)
-                last = len(beads) - 1
-            else:
-                last = _write_out(part, beads, parents, last)
-        last = here if times is None else last
-    return last

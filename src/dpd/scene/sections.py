@@ -25,7 +25,7 @@ from dpd.page import (
     no_species,
     setting,
 )  # fmt: skip
-from dpd.scene.molecules import length_of
+from dpd.scene.molecules import tree_of
 
 AXES = "xyz"
 CUTOFF = 1.0
@@ -56,7 +56,7 @@ class MoleculeKind(Section):
     @field_validator("architecture")
     @classmethod
     def _readable(cls, text):
-        length_of(text)
+        tree_of(text)
         return text
 
 
@@ -167,7 +167,7 @@ class Basics(Section):
             )
         total = 0.0
         for place, kind in enumerate(self.molecules):
-            length = length_of(kind.architecture)
+            length = len(tree_of(kind.architecture)[0])
             given = (kind.density or 0) * math.prod(edges) + (kind.count or 0) * length
             total += max(length, given)
             if total > MOST_BEADS:  # before molecules are written out bead by bead

@@ -22,8 +22,9 @@ class FromFile(Start, key="file"):
 
     path: str = setting(
         "GSD (.gsd), LAMMPS data (.data, .lmp, data.NAME), or a run.nc, start.nc or .checkpoint of "
-        "this program; it must have the box and the molecules of the scene; at constant pressure "
-        "its box is that of the start. A relative path counts from the file of the scene.",
+        "this program; it must have the box and the molecules of the scene, each of these with its "
+        "beads in the order of the architecture; at constant pressure its box is that of the "
+        "start. A relative path counts from the file of the scene.",
         min_length=1,
     )  # fmt: skip
     frame: int | None = setting(
@@ -67,7 +68,7 @@ class FromFile(Start, key="file"):
 
     def make(self, scene: Any, progress: Any, say: Any) -> Any:
         """Read it, and relax it where the scene asks for that."""
-        from dpd.start.common.from_file import state_from_file
+        from dpd.start.common.files import state_from_file
         from dpd.start.common.make import relaxed
 
         return relaxed(scene, state_from_file(scene, say), progress), {}

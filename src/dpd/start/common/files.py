@@ -1,9 +1,13 @@
-"""First configurations as files: made once for all runs that begin with them."""
+"""First configurations and files: made once for all runs; or read from a file of any origin.
+
+A scene numbers its beads molecule after molecule; a file may have molecules in any other order.
+"""
 
 from __future__ import annotations
 
 import json
 import time
+from collections import defaultdict
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -11,19 +15,34 @@ import numpy as np
 
 from dpd import files
 from dpd.engine.state import State
-from dpd.errors import UserError
+from dpd.errors import UserError, shown
 from dpd.page import Term, names
-from dpd.particles.particles import SLID
+from dpd.particles.formats import read
+from dpd.particles.particles import (
+    SLID,
+    UPRIGHT,
+    Particles,
+    molecules_of,
+    shear_of,
+    whole_images,
+)
 from dpd.scene.scene import Scene
 from dpd.stages import start_sources
 from dpd.start import start_description, start_digest
-from dpd.start.common.make import make_start, make_start_and_record
+from dpd.start.common.make import (
+    make_start,
+    make_start_and_record,
+    species_of,
+    system_of,
+    thermal_velocities,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
 NETCDF = ".nc"
+SAME = 1e-6  # relative difference of edges that counts for none: files have single precision
 REMEDY = (
     "let snakemake make it again; for a run of your own name a file for --start that is not there "
     "yet: the first configuration is made and kept in it"
@@ -145,3 +164,176 @@ def starting_from(scene: Scene, path: Path) -> Scene:
     same = {key: scene.data["start"][key] for key in ("kT", "seed") if key in scene.data["start"]}
     start = same | {"method": "file", "path": str(path)}
     return Scene(scene.data | {"start": start}, scene.where)
+
+
+# --- a file of any origin
+
+
+def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
+    """Read the first configuration that a scene names, as a state with no force yet and step 0.
+
+    Molecules are put in the order of the scene. Velocities are drawn at the temperature of the
+    start where the file has none. All such things are said. A `UserError` refuses a file that
+    cannot be read, is another than when the scene was read, or holds another system.
+    """
+    path = scene.start.path
+    scene.start.refuse_other_file(scene.where)
+    particles = read(path, scene.start.read_frame)
+    said = list(particles.left_out)
+    if particles.dimension == scene.dimension:
+        particles = _between_walls(scene, particles, path)
+    order = order_of(scene, particles, path)
+    if scene.barostat_axes and not _same_box(scene.box, particles.box):
+        edges = _edges(particles.box, " x ")
+        said.append(f"its box of {edges} is that of the start, instead of the scene's")
+    if (order != np.arange(len(order))).any():
+        said.append("its molecules are in another order, so beads are numbered as in the scene")
+    there, own = particles.masses_by_name(), scene.data.get("mass", {})
+    if other := [name for name in scene.species if there.get(name, 1) != own.get(name, 1)]:
+        masses = ", ".join(f"{name} {there.get(name, 1):g}" for name in other)
+        said.append(f"it has other masses than the scene ({masses}); those of the scene count")
+    species, velocity = species_of(scene), particles.velocity
+    if velocity is None:
+        description = start_description(scene)
+        kT, rng = description["kT"], np.random.default_rng(description["seed"])
+        mass: Any = system_of(scene).mass_of(species)
+        in_file = mass if np.ndim(mass) == 0 else mass[np.argsort(order)]
+        velocity = thermal_velocities(particles.position.shape, kT, rng, in_file)
+        said.append(f"it has no velocities, so they are drawn at kT {kT:g}")
+    position, image = particles.position[:, order], particles.image[:, order]
+    for sentence in said:
+        say(f"{path}: {sentence}")
+    identity = np.arange(len(order), dtype=np.uint32)
+    return State(
+        position, velocity[:, order], None, identity, species, 0,
+        slid=_slid(scene, particles.box, path),
+        box=particles.box if scene.barostat_axes else None,
+        image=whole_images(scene.molecules, position, image, particles.box),
+    )  # fmt: skip
+
+
+def _slid(scene, box, path):
+    """By how much images have slid in the file, see `State`; refused where the scene has none."""
+    if abs(getattr(box, "tilt", 0.0)) < UPRIGHT:
+        return None
+    axes, shear = (box.slide.flow, box.slide.gradient), shear_of(scene)
+    if shear is None or (shear.flow, shear.gradient) != axes:
+        raise UserError(
+            f"{path}: its box is tilted by shear with the flow along {'xyz'[axes[0]]} and the "
+            f"gradient along {'xyz'[axes[1]]}, and {scene.where} has no such shear; give it one, "
+            "or take a file whose box has right angles"
+        )
+    if scene.start.relax:
+        raise UserError(
+            f"{scene.where}: start.relax: the box of {path} is tilted by shear, and relaxation is "
+            "at rest; remove the key, or take a file whose box has right angles"
+        )
+    return box.slid
+
+
+def _between_walls(scene, particles, path):
+    """Particles whose box ends in the gaps behind the walls of a scene, about the same middle."""
+    edges, position = list(particles.box), particles.position.copy()
+    for axis in scene.ended:
+        if edges[axis] < scene.box[axis] * (1 - SAME):
+            continue  # which is refused like any other box that is too small
+        one, other = position[axis, particles.bonds.T]
+        if (np.abs(one - other) > 0.5 * edges[axis]).any():
+            raise UserError(
+                f"{path}: molecules are bonded through the face at which a wall of {scene.where} "
+                "stands; make them whole before"
+            )
+        position[axis] += 0.5 * (scene.period[axis] - edges[axis])
+        edges[axis] = scene.period[axis]
+    return particles._replace(box=tuple(edges), position=position) if scene.ended else particles
+
+
+def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
+    """(n,) int64 array: the number in the file of each bead of the scene.
+
+    Molecules of a kind are taken in the order of their first beads; in each of them beads have to
+    be numbered as in the architecture. A `UserError` names the first difference of box, species or
+    molecules.
+    """
+    _check_box(scene, particles, path)
+    species, order = _numbers_of_species(scene, particles, path), []
+    own, bonds = (np.unique(np.sort(each), axis=0) for each in (scene.bonded, particles.bonds))
+    if np.array_equal(species, scene.kinds) and np.array_equal(own, bonds):
+        return np.arange(len(species))
+    molecule, found = molecules_of(particles), defaultdict(list)
+    each = np.split(np.argsort(molecule, kind="stable"), np.cumsum(np.bincount(molecule))[:-1])
+    of = np.searchsorted(np.sort(molecule[bonds[:, 0]]), np.arange(1, len(each)))
+    bonds = bonds[np.argsort(molecule[bonds[:, 0]], kind="stable")]
+    for beads, inside in sorted(zip(each, np.split(bonds, of)), key=lambda both: both[0][0]):
+        found[_content(species[beads], np.searchsorted(beads, inside))].append(beads)
+    for kind, given in zip(scene.molecules, scene.data["molecules"]):
+        own = np.array([scene.species.index(name) for name in kind.beads])
+        there = found[_content(own, np.unique(kind.bonds, axis=0))]
+        if len(there) < kind.count:
+            raise UserError(
+                f"{path}: it has {len(there)} molecules {shown(given['architecture'], str)} for "
+                f"{kind.count} of {scene.where} (beads in the file: {_counted(scene, species)}; in "
+                f"the scene {scene.beads} in all); take another file, or write 'molecules' as they "
+                "are in it, with their beads in its order"
+            )
+        order += there[: kind.count]
+        del there[: kind.count]
+    if more := [beads for molecules in found.values() for beads in molecules]:
+        first = min(more, key=lambda beads: beads[0])
+        raise UserError(
+            f"{path}: it has {len(more)} molecules more than {scene.where}; the first, with "
+            f"{particles.called(first[0])}, has {_counted(scene, species[first])}; add them to "
+            "'molecules', or take another file"
+        )
+    return np.concatenate(order)
+
+
+def _content(species, bonds):
+    """What tells kinds of molecules apart: species of beads, and bonds by their places in it."""
+    return species.astype(np.uint8).tobytes(), bonds.astype(np.int64).tobytes()
+
+
+def _check_box(scene, particles, path):
+    if len(particles.box) != scene.dimension:
+        raise UserError(
+            f"{path}: it has {len(particles.box)} dimensions, and {scene.where} has "
+            f"{scene.dimension}; take another file, or change 'dimension'"
+        )
+    wanted = tuple(  # the scene's edges, but for those that constant pressure changes
+        there if scene.barostat_axes in ("all", name) else own
+        for own, there, name in zip(scene.period, particles.box, "xyz")
+    )
+    if not _same_box(wanted, particles.box):
+        raise UserError(
+            f"{path}: its box is [{_edges(particles.box)}], and that of {scene.where} "
+            f"[{_edges(scene.period)}]; they have to agree: write 'box: [{_edges(particles.box)}]' "
+            "in the scene, or take another file"
+        )
+
+
+def _same_box(one, other):
+    return np.allclose(one, other, rtol=SAME, atol=0)
+
+
+def _edges(box, between=", "):
+    return between.join(f"{edge:.9g}" for edge in box)
+
+
+def _numbers_of_species(scene, particles, path):
+    """Species of each bead of the file, as the scene numbers them."""
+    used = np.unique(particles.species)
+    unknown = [particles.names[k] for k in used if particles.names[k] not in scene.species]
+    if unknown:
+        raise UserError(
+            f"{path}: it has beads of the species {shown(unknown[0])}, and {scene.where} has "
+            f"{', '.join(scene.species)}; rename one or the other (in LAMMPS data: type labels, or "
+            "comments behind the masses)"
+        )
+    place = [scene.species.index(name) if name in scene.species else 0 for name in particles.names]
+    return np.array(place)[particles.species]
+
+
+def _counted(scene, species):
+    """How many beads there are of each species that there is."""
+    counts = zip(np.bincount(species, minlength=len(scene.species)), scene.species)
+    return ", ".join(f"{count} {name}" for count, name in counts if count)
