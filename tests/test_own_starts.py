@@ -119,7 +119,7 @@ def test_settings_are_those_of_any_page(folder):
         ({"step": 9}, "start.step: 9 should be less than or equal to 5"),
         ({"method": "lin"}, "start.method: 'lin' is not known; allowed: file, polymerize, random, "
          "slabs, line; did you mean 'line'?"),
-        ({"method": "slabs"}, "start.step: has no effect with method 'slabs'; take 'method: line'"),
+        ({"method": "slabs"}, "start: unknown key 'step'"),
     ):  # fmt: skip
         assert said in refusal(Scene, SCENE | {"start": SCENE["start"] | start})
     with pytest.raises(UserError, match="'line' is not known"):

@@ -107,15 +107,7 @@ class Settings:
             text = f"{shown(method)} is not known; {suggestion(method, known)}"
             self._wrong.append(f"start.method: {text}")
             return
-        page = self._page(Start, method)
-        others = given.keys() - page.model_fields.keys() if isinstance(given, dict) else ()
-        for key in others:
-            of = [each for each in known if key in self._page(Start, each).model_fields]
-            if of:
-                text = f"has no effect with method {method!r}; take 'method: {of[0]}'"
-                self._wrong.append(f"start.{key}: {text}, or remove the key")
-                given = {each: value for each, value in given.items() if each != key}
-        self.start = self._section(page, given, "start")
+        self.start = self._section(self._page(Start, method), given, "start")
 
     def _read_start_forces(self):
         """Terms that act otherwise while the start is made."""
@@ -215,14 +207,6 @@ class Settings:
             if abs(found / given.get("density", found) - 1) > NOTED_MISSED:
                 missed[place] = given["density"], found
         return missed
-
-    def sizes(self, place: int) -> str:
-        """Box, count and the density that they make, in words."""
-        kind = self.molecules[place]
-        edges = " x ".join(f"{edge:g}" for edge in self.box)
-        of = f" of {len(kind.beads)} beads" if len(kind.beads) > 1 else ""
-        density = kind.count * len(kind.beads) / self.volume
-        return f"{kind.count} molecules{of} in a box of {edges} make {density:.4g}"
 
     @cached_property
     def masses(self) -> np.ndarray | None:

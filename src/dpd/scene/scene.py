@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import yaml
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
 from dpd.own import blame, check_slope, file_of
 from dpd.page import BondForce, Change, Refusals
 from dpd.scene.reading import Settings
-from dpd.scene.sections import AXES, CUTOFF, densities, limits, unknown_names
+from dpd.scene.sections import AXES, CUTOFF, densities, limits, missed_by, unknown_names
 from dpd.scene.yaml import changed, read_yaml, value_of
 
 if TYPE_CHECKING:
@@ -117,16 +118,14 @@ class Scene(Settings):
         Files of pages are named there with their digests: only the file that made it is run.
         """
         try:
-            data = json.loads(text)
-        except (ValueError, TypeError):
-            data = None
-        if not isinstance(data, dict):
-            raise UserError(f"{where}: its attribute 'scene' is damaged; make the file anew")
-        pages = data.get("pages", [])
-        for page in pages if isinstance(pages, list) else [None]:
-            named = page if isinstance(page, dict) else {}
-            if not named.get("sha256") or not os.path.isabs(str(named.get("path", ""))):
-                raise UserError(f"{where}: it names a file of pages without its digest")
+            data = dict(json.loads(text))
+            pages = [(page["path"], page["sha256"]) for page in data.get("pages", [])]
+        except (ValueError, TypeError, KeyError):
+            raise UserError(
+                f"{where}: its attribute 'scene' is damaged; make the file anew"
+            ) from None
+        if not all(digest and os.path.isabs(path) for path, digest in pages):
+            raise UserError(f"{where}: it names a file of pages without its digest")
         return cls(data, where)
 
     @classmethod
@@ -149,23 +148,14 @@ class Scene(Settings):
     def __repr__(self):
         edges = " x ".join(f"{edge:g}" for edge in self.box)
         equilibrate, sample = self.steps
-        times = f"{self.tau(equilibrate):g} + {self.tau(sample, equilibrate):g} tau"
-        given = zip(self.molecules, self.data["molecules"])
-        bonds = f", {len(self.bonded)} bonds" if self.has_bonds else ""
-        lines = {
-            "box": f"{edges} r_c",
-            "beads": f"{self.beads}, {self.density:.4g} per r_c^{self.dimension}{bonds}",
-            "molecules": "; ".join(f"{k.count} of {each['architecture']}" for k, each in given),
-            **{
-                key: _in_a_line(self.data[key])
-                for key in ("mass", *self.terms, "schedule")
-                if key in self.data
-            },
-            "steps": f"{equilibrate} to equilibrate, {sample} to sample ({times})",
-            "observe": ", ".join(self.observe),
-        }
-        text = [f"  {name:12s}{value}" for name, value in lines.items() if value]
-        return "\n".join([f"<dpd.Scene {self.where}>", *text, *(f"  {n}" for n in self.notes)])
+        data = {key: value for key, value in self.data.items() if value and key != "pages"}
+        lines = [
+            f"<dpd.Scene {self.where}: {self.beads} beads, {len(self.bonded)} bonds in {edges} r_c"
+            f", {equilibrate} steps to equilibrate, {sample} to sample "
+            f"({self.tau(equilibrate):g} + {self.tau(sample, equilibrate):g} tau)>",
+            yaml.safe_dump(data, sort_keys=False, default_flow_style=None).rstrip(),
+        ]
+        return "\n  ".join([*"\n".join(lines).splitlines(), *self.notes])
 
     # --- refusing
 
@@ -245,9 +235,8 @@ class Scene(Settings):
     def notes(self) -> list[str]:
         """Sentences for a person on what the scene does not quite get."""
         missed = [
-            f"molecules.{place}.density: {self.sizes(place)} instead of {asked:g} "
-            f"({abs(found / asked - 1):.2%} off)"
-            for place, (asked, found) in self.missed_densities.items()
+            f"molecules.{place}.density: {missed_by(self, place)}"
+            for place in self.missed_densities
         ]
         return missed + [note for term in self.terms.values() for note in term.notes(self)]
 
@@ -407,24 +396,10 @@ def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> N
             "measured must know from the first step; begin with a small value"
         )
     if now.period != scene.period:
-        refuse(
-            "beads would get further behind walls, or less far, than there is room for; take "
-            "stiffer walls from the beginning"
-        )
+        refuse("beads would need another room behind walls; take stiffer walls from the beginning")
     key = scene.made.get(Change.SLIDES, "")
     if key and (now.dt, now.terms[key]) != (scene.dt, scene.terms[key]):
-        refuse(
-            f"images slide evenly: with {key!r} neither that nor dt can change while the system "
-            "runs"
-        )
+        refuse(f"images slide evenly: with {key!r} neither that nor dt can change")
     if now.dt != last.scene.dt and step > scene.steps.equilibrate:
         scene.refuse(scene.unobserved(scene.made | {Change.PACE: "schedule"}))
     scene.stages.append(Stage(step, now))
-
-
-def _in_a_line(value: Any) -> str:
-    """Settings as a person reads them."""
-    if not isinstance(value, dict):
-        return f"{value:g}" if isinstance(value, float) else str(value)
-    parts = (f"{name}: {_in_a_line(part)}" for name, part in value.items())
-    return f"{{{', '.join(parts)}}}"

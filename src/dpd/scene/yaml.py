@@ -19,8 +19,6 @@ from dpd.errors import UserError, reason, shown
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-LARGEST = 2**20  # bytes of a file; the largest paper has 20 thousand
-KINDS = ("str", "int", "float", "bool", "null", "map", "seq")
 # Of the core schema: a tag, what it looks like, and with what it begins.
 CORE = (
     ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
@@ -37,29 +35,19 @@ class Loader(Quick):  # type: ignore[misc,valid-type]
     """Libyaml's, which reads a paper in a tenth of the time, with the rules of YAML 1.2."""
 
     yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}
-    yaml_constructors: ClassVar[dict[Any, Any]] = {
-        tag: made for tag, made in Quick.yaml_constructors.items()
-        if tag is None or tag.rpartition(":")[2] in KINDS
-    }  # fmt: skip
 
     def flatten_mapping(self, node: Any) -> None:
         """Put in what is merged, if each of the node's own keys stands there once."""
-        self._seen: set[Any] = getattr(self, "_seen", set())
-        first: dict[Any, int] = {}
-        for key, _ in () if node in self._seen else node.value:
-            if not isinstance(key, yaml.ScalarNode):
-                _refuse("a key that is a list or mapping", key)
-            same = key.value if key.tag.endswith(":merge") else self.construct_object(key)
-            if same in first:
-                text = f"the key {shown(key.value, str)} stands here twice, first on line"
-                _refuse(f"{text} {first[same]}; keep one", key)
-            first[same] = key.start_mark.line + 1
-        self._seen.add(node)
+        if not hasattr(node, "checked"):
+            node.checked = True  # what is merged into it may be there already
+            lines: dict[str, int] = {}
+            for key, _ in node.value:
+                name, mark = str(key.value), key.start_mark
+                if name in lines:
+                    text = f"the key {name} stands here twice, first on line {lines[name]}"
+                    raise yaml.constructor.ConstructorError(problem=text, problem_mark=mark)
+                lines[name] = mark.line + 1
         super().flatten_mapping(node)
-
-
-def _refuse(problem, node):
-    raise yaml.constructor.ConstructorError(None, None, problem, node.start_mark)
 
 
 for _tag, _form, _first in CORE:
@@ -73,32 +61,17 @@ Loader.add_constructor(
 
 def read_yaml(path: str | Path) -> dict[str, Any]:
     """Read a YAML file that holds a mapping; a `UserError` says why it cannot be."""
-    path = Path(path)
-
-    def refuse(text):
-        raise UserError(f"{path}: {text}")
-
     try:
-        if path.is_dir():
-            refuse("is a folder; name a file in it")
-        if not path.is_file():
-            refuse("is not a file" if path.exists() else "there is no such file")
-        if (size := path.stat().st_size) > LARGEST:
-            refuse(f"{size} bytes are too many for YAML; allowed: <= {LARGEST}")
-        text = path.read_text(encoding="utf-8")
+        text = Path(path).read_bytes()
     except OSError as problem:
-        refuse(f"cannot be read ({reason(problem)})")
-    except UnicodeDecodeError as problem:
-        refuse(f"this is not YAML: {shown(problem, str)}")
+        raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
     data = value_of(text, str(path))
-    if data is None:
-        refuse("the file is empty; expected keys and values")
     if not isinstance(data, dict):
-        refuse(f"expected keys and values, found {type(data).__name__}")
+        raise UserError(f"{path}: expected keys and values, found {shown(data)}")
     return data
 
 
-def value_of(text: str, where: str) -> Any:
+def value_of(text: str | bytes, where: str) -> Any:
     """What a text in YAML stands for; a `UserError` names ``where``, if it is none."""
     try:
         return yaml.load(text, Loader)
@@ -106,9 +79,8 @@ def value_of(text: str, where: str) -> Any:
         # PyYAML has the others for values that are not of the kind that their tag says.
         mark = getattr(problem, "problem_mark", None)
         line = f"line {mark.line + 1}: " if mark else ""
-        said = getattr(problem, "problem", None) or next(iter(str(problem).splitlines()), "")
-        what = said if "twice" in said else f"this is not YAML: {shown(said, str)}"
-        raise UserError(f"{where}: {line}{what}") from None
+        text = shown(getattr(problem, "problem", None) or problem, str)
+        raise UserError(f"{where}: {line}this is not YAML: {text}") from None
 
 
 def changed(base: Any, settings: Mapping[str, Any], where: str = "scene") -> Any:
