@@ -24,6 +24,7 @@ CHAINS = {
     "steps": {"equilibrate": 40, "sample": 160},
     "observe": ["thermo", {"configuration": {"every": 50}}, {"rdf": {"range": 2}}],
 }
+LOOKS = ["thermo", {"configuration": {"every": 50}}]
 SCHEDULE = [
     {"step": 0, "set": {"thermostat.kT": 1.2}},
     {"step": 90, "set": {"integrator.dt": 0.02, "repulsion.A B": 50}},
@@ -70,14 +71,31 @@ def test_what_was_set_is_the_schedule(tmp_path, monkeypatch):
     assert_same("short.nc", "longer.nc")
 
 
+# The force at the end of a step is that of the velocity then, with which a stage begins as well.
+EXACT = {"integrator": {"scheme": "dpd-vv", "dt": 0.02}, "observe": LOOKS}
+HOTTER = [
+    {"step": 90, "set": {"thermostat.kT": 1.0}}, {"step": 120, "set": {"thermostat.kT": 1.1}},
+]  # fmt: skip
+KINDS = {
+    "several values": {"schedule": SCHEDULE},
+    "shardlow": {"integrator": {"scheme": "shardlow", "dt": 0.02}, "schedule": HOTTER},
+    "pressure": {
+        "pressure": {"target": 30, "time": 0.3}, "pairs": {"search": "list"}, "schedule": HOTTER,
+    } | EXACT,
+    "walls": {"walls": {"axis": "z", "repulsion": 200, "gamma": 4}, "schedule": HOTTER} | EXACT,
+    "shear": {"shear": {"rate": 0.1}, "schedule": HOTTER} | EXACT,
+}  # fmt: skip
+
+
+@pytest.mark.few("several values-90", "several values-140")
 @pytest.mark.parametrize("stop", [90, 140])
-def test_a_schedule_goes_on_where_it_was_stopped(tmp_path, stop):
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_schedule_goes_on_where_it_was_stopped(tmp_path, kind, stop):
     """Where values change, and in between."""
-    scene = Scene(CHAINS | {"schedule": SCHEDULE})
+    scene, at = Scene(CHAINS | KINDS[kind]), [0]
     simulate(scene, tmp_path / "whole.nc", make_start(scene), Options(own=True))
-    at = []
     own = Options(every_seconds=60, own=True)
-    with pytest.raises(dpd.UserError, match=f"stopped at step {stop}"):
+    with pytest.raises(dpd.UserError, match="stopped at step"):
         simulate(
             scene, tmp_path / "run.nc", make_start(scene), own, at.append, lambda: at[-1] >= stop
         )
@@ -160,31 +178,3 @@ def test_calls_that_are_refused(tmp_path, monkeypatch):
     with pytest.raises(dpd.UserError, match="the run blew up"):
         sim.run(10)
     assert sim.step < 40
-
-
-# The force at the end of a step is that of the velocity then, with which a stage begins as well.
-LOOKS = ["thermo", {"configuration": {"every": 50}}]
-EXACT = {"integrator": {"scheme": "dpd-vv", "dt": 0.02}}
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize("change", [
-    {"integrator": {"scheme": "shardlow", "dt": 0.02}},
-    {"pressure": {"target": 30, "time": 0.3}, "pairs": {"search": "list"}, **EXACT},
-    {"walls": {"axis": "z", "repulsion": 200, "gamma": 4}, "observe": LOOKS, **EXACT},
-    {"shear": {"rate": 0.1}, "observe": LOOKS, **EXACT},
-], ids=str)  # fmt: skip
-def test_all_kinds_of_systems(tmp_path, change):
-    """Stopped, or not."""
-    schedule = [
-        {"step": 90, "set": {"thermostat.kT": 1.0}},
-        {"step": 120, "set": {"thermostat.kT": 1.1}},
-    ]
-    whole = CHAINS | change | {"schedule": schedule}
-    scene = Scene(whole)
-    simulate(scene, tmp_path / "whole.nc", make_start(scene), Options(own=True))
-    own = Options(every_seconds=60, own=True)
-    with pytest.raises(dpd.UserError, match="stopped at step"):
-        simulate(scene, tmp_path / "run.nc", make_start(scene), own, stopping=lambda: 15)
-    simulate(scene, tmp_path / "run.nc", make_start(scene), own)
-    assert_same(tmp_path / "whole.nc", tmp_path / "run.nc")

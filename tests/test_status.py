@@ -31,7 +31,7 @@ from dpd.pipeline.status import (
     seconds_left,
 )
 from dpd.progress import Progress
-from dpd.runs.lock import alone, worker_on
+from dpd.runs.lock import worker_on
 from tests.conftest import SCENE
 from tests.test_interrupted import begin, dpd
 
@@ -258,14 +258,3 @@ def test_what_is_no_study_and_no_run(here):
     for path, words in cases.items():
         code, output, errors = look(path)
         assert code == 1 and output == "" and errors.startswith(f"error: {path}: {words}"), errors
-
-
-def test_watching_ends_when_asked(here):
-    """Having looked several times."""
-    with alone("run.nc", print), begin("status", "run.nc", "--watch", "0.5", "--json") as process:
-        lines = [process.stdout.readline() for _ in range(3)]
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=20)
-    times = [json.loads(line)["time"] for line in lines]
-    assert times == sorted(set(times)) and process.returncode == 128 + signal.SIGINT
-    assert errors == "error: interrupted\n"

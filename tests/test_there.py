@@ -16,7 +16,6 @@ import dpd as package
 from dpd import files
 from dpd.commands.main import main
 from dpd.digest import ROOT
-from dpd.engine.checkpoint import checksum_of
 from dpd.errors import Occupied
 from dpd.runs.result import checkpoint_path
 from tests.conftest import SCENE
@@ -56,15 +55,12 @@ def done(folder, dpd):
     return Path("run.nc")
 
 
-def test_a_result_of_the_same_scene_is_kept(done, dpd):
-    """Whatever was started from; one of another version too, which is said."""
+def test_a_result_of_the_same_scene_is_kept(done, dpd, monkeypatch):
+    """One of another version too, which is said."""
     before = contents()
     code, said = dpd("run", "scene.yaml", "-o", "run.nc")
     assert code == 0 and "run.nc: is there already, of the same scene; it is kept" in said
-    assert contents() == before
-    with netCDF4.Dataset("run.nc", "a") as file:
-        file.sources = "another"
-    before = contents()
+    monkeypatch.setattr("dpd.runs.result.run_sources", lambda scene: "another")
     code, said = dpd("run", "scene.yaml", "-o", "run.nc")
     assert code == 0 and "same scene, made by another version of this program; it is kept" in said
     assert contents() == before
@@ -84,7 +80,7 @@ def test_anything_else_is_refused(done, dpd, what):
         words = "this scene, 100 steps shorter (`dpd extend` makes a result longer)"
     else:
         os.truncate("run.nc", 5000) if what == "damaged" else done.write_text("notes")
-        words = "no result of a run that can be read"
+        words = "run.nc: is there already, and cannot be read"
     assert_refused(dpd, "run", "scene.yaml", "-o", "run.nc", words=words)
 
 
@@ -122,26 +118,17 @@ def stop_half_way(scene="scene.yaml"):
 
 
 @pytest.mark.parametrize("what", ["another scene", "another version"])
-def test_the_state_of_another_run_is_not_lost(folder, dpd, what):
+def test_the_state_of_another_run_is_not_lost(folder, dpd, monkeypatch, what):
     """That may be days of work; only when asked a run begins anew in its place."""
-    write("long.yaml", SCENE | {"steps": {"equilibrate": 20, "sample": 2000}})
-    stop_half_way("long.yaml")
-    scene, checkpoint = "long.yaml", Path("run.checkpoint")
+    write(scene := "long.yaml", SCENE | {"steps": {"equilibrate": 20, "sample": 2000}})
+    stop_half_way(scene)
     if what == "another scene":
         write(scene := "scene.yaml", EDITED)
     else:
-        with np.load(checkpoint) as file:
-            stored = {name: array for name, array in file.items() if name != "checksum"}
-        stored["dpd_checkpoint"] = np.array(
-            str(stored["dpd_checkpoint"]).replace('s": "', 's": "0')
-        )
-        with open(checkpoint, "wb") as file:
-            np.savez(file, **stored, checksum=np.array(checksum_of(stored)))
-    words = "holds the state of a run that was stopped or killed"
-    code, said = dpd("run", scene, "-o", "run.nc")
-    assert code == 1 and what in said and words in said, said
-    assert_refused(dpd, "run", scene, "-o", "run.nc", words=words)
-    assert not checkpoint.exists()
+        monkeypatch.setattr("dpd.runs.result.run_sources", lambda scene: "another")
+    assert dpd("run", scene, "-o", "run.nc")[0] == 1  # which takes over the lock
+    assert_refused(dpd, "run", scene, "-o", "run.nc", words=what)
+    assert not Path("run.checkpoint").exists()
 
 
 def test_a_run_that_goes_on_asks_for_nothing(folder, dpd):
@@ -175,28 +162,25 @@ def test_an_extension_killed_after_its_result_is_not_made_twice(done, dpd, every
     assert dpd(*command)[0] == 0 and files.attribute("run.nc", "steps") == 420
 
 
-def test_a_result_and_the_trajectory_beside_it_are_of_one_run(folder, dpd, monkeypatch):
-    """Killed between the two, the former result is gone; but that of a shorter run is needed."""
-    command = ("run", "other.yaml", "-o", "run.nc")
+@pytest.mark.parametrize("what", ["overwrite", "extend"])
+def test_a_result_and_the_trajectory_beside_it_are_of_one_run(folder, dpd, monkeypatch, what):
+    """Killed between the two, the same command goes on; that of a shorter run stays till then."""
     write("scene.yaml", FOLLOWED)
     write("other.yaml", FOLLOWED | {"seed": 2})
     assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
-    assert dpd("run", "other.yaml", "-o", "other.nc")[0] == 0
-    with monkeypatch.context() as patch:
-        patch.setattr(files, "write", Mock(side_effect=KeyboardInterrupt))
-        assert dpd(*command, "--overwrite")[0] == 130
-    code, said = dpd("run", "scene.yaml", "-o", "run.nc")
-    assert code == 1 and "holds the state of a run that was stopped or killed" in said
-    code, said = dpd(*command)
-    assert code == 0 and "anew" not in said
-    assert Path("run.gsd").read_bytes() == Path("other.gsd").read_bytes()
-    command = ("extend", "run.nc", "--sample", "100")
+    command, steps = ("run", "other.yaml", "-o", "run.nc", "--overwrite"), 220
+    if what == "extend":
+        command, steps = ("extend", "run.nc", "--sample", "100"), 320
     with monkeypatch.context() as patch:
         patch.setattr(files, "write", Mock(side_effect=KeyboardInterrupt))
         assert dpd(*command)[0] == 130
-    assert files.attribute("run.nc", "steps") == 220
-    code, said = dpd(*command)
-    assert code == 0 and "anew" not in said and files.attribute("run.nc", "steps") == 320
+    if what == "extend":
+        assert files.attribute("run.nc", "steps") == 220
+    else:
+        code, said = dpd("run", "scene.yaml", "-o", "run.nc")
+        assert code == 1 and "holds the state of a run that was stopped or killed" in said
+    code, said = dpd(*(each for each in command if each != "--overwrite"))
+    assert code == 0 and "anew" not in said and files.attribute("run.nc", "steps") == steps
 
 
 def test_what_a_longer_run_would_replace(done, dpd):

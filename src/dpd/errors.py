@@ -37,10 +37,6 @@ class Occupied(UserError):
         return f"{self.args[0]}; overwrite=True replaces it"
 
 
-class OtherPage(UserError):
-    """A file of pages that is not the one that a result was made with."""
-
-
 class LostRun(UserError):
     """A run that makes no sense from a ``step`` on."""
 

@@ -22,7 +22,7 @@ from types import FunctionType, new_class
 from typing import TYPE_CHECKING, Any
 
 from dpd.digest import cache_folder, text_digest
-from dpd.errors import OtherPage, UserError, reason, shown
+from dpd.errors import UserError, reason, shown
 from dpd.files import draft_of
 from dpd.laws import usual_lengths
 from dpd.page import KINDS, BondForce, Change, Observable, Page, PairForce, Start, Term, names
@@ -54,7 +54,7 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
     except ValueError as problem:
         raise UserError(f"{where}: {path}: {_explained(problem, str(path))}") from None
     if digest and digest != found:
-        raise OtherPage(
+        raise UserError(
             f"{where}: {path}: is not the file that this was made with: its digest is {found}, and "
             f"not {digest}; name the file anew, as with --page"
         )

@@ -98,10 +98,6 @@ class Simulation:
         self._engine = engine.Simulation(self._systems[0][1], state, Options(threads).threads)
         self._observers = self._watching(self._scene)
 
-    def __repr__(self) -> str:
-        beads, step = self._scene.beads, self.step
-        return f"<dpd.Simulation of {beads} beads at step {step}, {self.time:g} tau>"
-
     @property
     def step(self) -> int:
         """Steps since the beginning."""
@@ -125,10 +121,10 @@ class Simulation:
     @property
     def kT(self) -> float:
         """Kinetic temperature now, as ``thermo`` has it."""
-        sums, dimension = self._engine.measure(), self._scene.dimension
+        sums = self._engine.measure()
         one = sums._replace(moments=sums.moments[None], beads=sums.beads[None])
         kinetic = ThermalMotion(self._scene, self._engine.system).kinetic(one)[0]
-        return float(np.trace(kinetic)) / (dimension * self._scene.beads)
+        return float(np.trace(kinetic)) / (self._scene.dimension * self._scene.beads)
 
     def snapshot(self) -> Snapshot:
         """Beads as they are now, as observables of one's own see them."""
@@ -254,7 +250,5 @@ class Simulation:
         found = [f"{key}.{name}" for key, names in every.items() if name in names]
         if len(found) == 1:
             return found[0]
-        if found:
-            raise UserError(f"set: {name!r} is one of {', '.join(found)}; give it by its key")
-        near = suggestion(name, sorted({each for names in every.values() for each in names}))
-        raise UserError(f"set: {name!r} cannot change here; {near}")
+        allowed = found or sorted({each for names in every.values() for each in names})
+        raise UserError(f"set: {name!r} cannot change here; {suggestion(name, allowed)}")

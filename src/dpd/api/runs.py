@@ -10,7 +10,6 @@ import warnings
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -42,12 +41,6 @@ if TYPE_CHECKING:
     from dpd.pipeline.sweep import Sweep
 
 CHECKPOINT_EVERY = 60.0  # s of wall clock
-CONVENTIONS = "CF-1.11"
-UNITS = (
-    "Reduced units: length r_c, the range of the forces; energy kT; mass m of a bead; time tau = "
-    "r_c sqrt(m / kT). They are no units of UDUNITS."
-)
-REMEDY = "if it should be the result of a run or a sweep, make it again"
 
 
 def run(
@@ -100,19 +93,14 @@ def run(
     ...     "steps": {"equilibrate": 100, "sample": 400}, "observe": ["thermo", "rdf"],
     ... }
     >>> run = dpd.run(fluid, progress=False)
-    >>> bool(0.9 < run.kT.mean() < 1.1)
-    True
-    >>> g = run.rdf.mean("block")  # the radial distribution function
-    >>> bool(g.sel(r=2.5, method="nearest") > 0.8)
+    >>> run.kT.dims, run.time.units, run.pressure.units
+    (('time',), 'tau', 'kT / r_c^3')
+    >>> bool(run.rdf.mean("block").sel(r=2.5, method="nearest") > 0.8)  # g(r)
     True
     """
     scene = as_scene(scene, observe, pages)
     with _place_for(output, "run.nc", scene, "dpd.run(..., output='run.nc')") as path:
-        options = Options(
-            threads, None if output is None else CHECKPOINT_EVERY, overwrite, own=True,
-            label="dpd.run", say=warn, tell=lambda sentence: None,
-            progress=partial(Progress, bar=progress),
-        )  # fmt: skip
+        options = _options(threads, progress, overwrite, keeps=output is not None)
         with keyboard_interrupt():
             running.run(scene, path, Path(start) if start else None, options)
         return load(path)
@@ -131,8 +119,7 @@ def extend(
 
     ``path`` is the result of `dpd.run` with an ``output``, or of ``dpd run``; ``sample`` are steps
     to add. Without an ``output`` the longer result takes the place of the run once it is whole.
-    Stopped with Ctrl-C, or killed, the same call goes on. Raises `dpd.UserError` if the file is no
-    run that can be made longer; otherwise see `dpd.run`.
+    Stopped with Ctrl-C, or killed, the same call goes on. For all else see `dpd.run`.
 
     Examples
     --------
@@ -144,11 +131,16 @@ def extend(
     (100, 125)
     """
     longer = Path(path if output is None else output)
-    bar = partial(Progress, bar=progress)
-    options = Options(threads, CHECKPOINT_EVERY, overwrite, own=True, say=warn, progress=bar)
     with keyboard_interrupt():
-        running.extend(Path(path), sample, longer, options)
+        running.extend(Path(path), sample, longer, _options(threads, progress, overwrite))
     return load(longer)
+
+
+def _options(threads, progress, overwrite, keeps=True):
+    return Options(
+        threads, CHECKPOINT_EVERY if keeps else None, overwrite, own=True, label="dpd.run",
+        say=warn, tell=lambda sentence: None, progress=partial(Progress, bar=progress),
+    )  # fmt: skip
 
 
 def load(path: str | os.PathLike) -> xr.Dataset:
@@ -156,43 +148,25 @@ def load(path: str | os.PathLike) -> xr.Dataset:
 
     Of a run these are the variables of its observables. Time series have the dimension and
     coordinate ``time``, in tau since the end of equilibration; averages over a part of the run have
-    the dimension ``block``. Each variable has ``units`` and ``long_name``, and each series of
-    numbers, as ``run.kT.attrs``, its ``mean``, its standard ``error`` (1.96 of it make a 95 %
-    interval) and its ``correlation_time`` in tau. The attributes hold the scene as JSON, the seed
-    and what made the file. Raises `dpd.UserError` if the file is missing, damaged or another.
-
-    Examples
-    --------
-    With ``fluid`` as in `dpd.run`:
-
-    >>> made = dpd.run(fluid, output="fluid.nc", progress=False)
-    >>> run = dpd.load("fluid.nc")
-    >>> run.kT.dims, run.time.units, run.pressure.units
-    (('time',), 'tau', 'kT / r_c^3')
+    the dimension ``block``. Each variable has ``units`` (reduced: r_c, kT, the mass of a bead, tau)
+    and ``long_name``, and each series of numbers, as ``run.kT.attrs``, its ``mean``, its standard
+    ``error`` (1.96 of it make a 95 % interval) and its ``correlation_time`` in tau. The attributes
+    hold the scene as JSON, the seed and what made the file. Raises `dpd.UserError` if the file is
+    missing, damaged or another.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise UserError(f"{path}: {'is a folder' if path.is_dir() else 'there is no such file'}")
-    data = collect.load(path, REMEDY)
+    path, remedy = Path(path), "if it should be the result of a run or a sweep, make it again"
+    files.check_input(path)
+    data = collect.load(path, remedy)
     if "sweep" in data.attrs:
         return data
     if "scene_digest" not in data.attrs:
-        raise UserError(f"{path}: neither the result of a run nor of a sweep; {REMEDY}")
+        raise UserError(f"{path}: neither the result of a run nor of a sweep; {remedy}")
     if "sample" in data.dims:
         data = data.set_coords("time").swap_dims(sample="time")
     dimension = str(data.sizes.get("axis", "dimension"))
     for variable in data.variables.values():
         if "units" in variable.attrs:
             variable.attrs["units"] = variable.attrs["units"].replace("dimension", dimension)
-    written = datetime.fromtimestamp(path.stat().st_mtime, UTC)
-    made = ", ".join(f"{name} {data.attrs[name]}" for name in ("sources", "numpy", "numba"))
-    data.attrs = {
-        "title": f"Dissipative particle dynamics of {data.attrs['beads']} beads",
-        "source": f"dpd-papers ({made})",
-        "history": f"{written:%Y-%m-%dT%H:%M:%SZ} written by dpd run",
-        "comment": UNITS,
-        "Conventions": CONVENTIONS,
-    } | data.attrs
     return data
 
 
@@ -218,14 +192,12 @@ def sweep(
 
     Parameters
     ----------
-    scene : path, dict or dpd.Scene
-        See `dpd.run`. It names its scheme and time step, and observes ``thermo``.
     axes : dict
         Keys of the scene, joined by dots, as ``"core.radius"`` or ``"molecules.0.density"``; each
         with a list of its values, which are numbers or words. Several keys, or text such as
         ``"A 10"``, need a name and what the axis of a paper has (see config/README.md), as
         ``{"length": {"set": "molecules.0.architecture", "text": "A {}", "values": [5, 10]}}``.
-    observe, pages, progress : optional
+    scene, observe, pages, progress : optional
         See `dpd.run`.
     replicas, processes, threads : int, optional
         Runs of each combination, with seeds of their own; runs at a time, by default as many as
@@ -272,7 +244,6 @@ def sweep(
         data = collect.collect(planned, paths, any_version=True)
         # Last configurations are for those who go on from a run.
         data = data.drop_vars([name for name in data.variables if str(name).startswith("last_")])
-        data = data.assign_attrs(Conventions=CONVENTIONS, comment=UNITS)
         if output is not None:
             collect.save(data, folder / "sweep.nc")
     return data
@@ -321,16 +292,17 @@ def _run_all(points, threads, overwrite, workers, progress):
     Python's own pool would need a guard of ``__main__``, and could not keep states when stopped.
     """
     at_work: set[subprocess.Popen] = set()
-    how = ["--threads", str(threads), *["--overwrite"] * overwrite]
+    python = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
+    command = [sys.executable, "-P", "-m", "dpd", "run", "--threads", str(threads)]
+    command += ["--overwrite"] * overwrite
 
     def run_one(point, result):
         scene, text = result.with_name("scene.yaml"), yaml.safe_dump(point.scene.data)
         files.replace_whole(scene, lambda draft: draft.write_text(text))
-        command = [sys.executable, "-P", "-m", "dpd", "run", str(scene), "-o", str(result), *how]
-        path = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
         with subprocess.Popen(
-            command, text=True, env=os.environ | {"PYTHONPATH": path}, stdin=subprocess.DEVNULL,
+            [*command, str(scene), "-o", str(result)], text=True, stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            env=os.environ | {"PYTHONPATH": python},
         ) as child:  # fmt: skip
             at_work.add(child)
             said = child.communicate()[1].strip().splitlines()

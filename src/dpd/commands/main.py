@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 GROUPS = {"commands": user, "commands that rules call, and for papers and studies": pipeline}
 WIDTH = 100  # of a line
+LITTLE = 2**20  # bytes of a result whose size is not known before
 
 
 def new_parser(arguments: Sequence[str] = ()) -> ArgumentParser:
@@ -64,9 +65,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     function, _, output = options.command
     try:
         if output and "." in output:  # a file, no folder: refused before anything is computed
-            from dpd.files import check_output
+            from dpd.files import check_output, check_room
 
             check_output(options.output, output[output.rfind(".") :])
+            check_room(options.output, LITTLE)
         function(options)
         print(end="", flush=True)
     except BrokenPipeError:  # as with `| head`

@@ -49,13 +49,6 @@ def command(*arguments: str | Option, output: str = "") -> Callable:
     return declare
 
 
-def seconds(text: str) -> float:
-    """A number that is not below 0."""
-    if not 0 <= (found := float(text)) < math.inf:
-        raise ArgumentTypeError(f"{text!r} is out of range; allowed: 0 or more")
-    return found
-
-
 def positive(text: str) -> float:
     """A number above 0."""
     if not 0 < (found := float(text)) < math.inf:
@@ -68,7 +61,7 @@ THREADS = option(
     help="threads that share the work (default 1); the results are the same bits",
 )  # fmt: skip
 CHECKPOINTS = option(
-    "--checkpoint-every", type=seconds, default=60.0, metavar="SECONDS",
+    "--checkpoint-every", type=float, default=60.0, metavar="SECONDS",
     help="wall clock between checkpoints (default 60; 0: as often as the run looks at the clock); "
     "the same command resumes from one",
 )  # fmt: skip

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from dpd.pipeline.paper import Paper
     from dpd.pipeline.sweep import Sweep
 
-LITTLE = 2**20  # bytes of a result whose size is not known before
 DERIVED = option(
     "--derived", type=Path, metavar="FILE",
     help="what other sweeps have measured for this one, from `derive`, if it needs that",
@@ -60,10 +59,7 @@ def bench(options: Namespace) -> None:
 def benchmarks() -> ModuleType:
     """The module `benchmarks.measure`, which stands beside the package in a clone alone."""
     if not (ROOT / "benchmarks" / "measure.py").is_file():
-        raise UserError(
-            f"{ROOT / 'benchmarks'}: there is no such folder; speed is measured in a clone of the "
-            "repository: change into one"
-        )
+        raise UserError("speed is measured in a clone of the repository: change into one")
     sys.path.insert(0, str(ROOT))
     return importlib.import_module("benchmarks.measure")
 
@@ -95,13 +91,11 @@ def _write(path, text):
 @command("study", "paper", "sweep", "point", output="start.nc")
 def start(options: Namespace) -> None:
     """Make a first configuration."""
-    from dpd.files import check_room
     from dpd.progress import Progress
     from dpd.start import start_work
     from dpd.start.common.files import write_start
 
     scene = _sweep(options).point(options.point).scene
-    check_room(options.output, LITTLE)
     with Progress(start_work(scene), f"{options.sweep} start") as progress:
         write_start(scene, options.output, progress)
 
@@ -114,15 +108,15 @@ def _paper(options: Namespace) -> Paper:
     return read_paper(options.paper, options.study, [options.sweep], [*filter(None, points)])
 
 
+def _found(sweeps, name, other):
+    if name not in sweeps:
+        raise UserError(f"sweep {name}: the command for it is: python -m dpd {other}")
+    return sweeps[name]
+
+
 def _sweep(options: Namespace, resolve: bool = False) -> Sweep:
     """The sweep that a command is about; resolved with what other sweeps have measured for it."""
-    paper = _paper(options)
-    if options.sweep in paper.theory:
-        raise UserError(
-            f"sweep {options.sweep}: it is calculated and has no runs; the command for it is: "
-            "python -m dpd calculate"
-        )
-    sweep = paper.sweeps[options.sweep]
+    sweep = _found(_paper(options).sweeps, options.sweep, "calculate")
     if not resolve:
         return sweep
     from dpd.pipeline.sweep import resolved
@@ -139,11 +133,8 @@ def _sweep(options: Namespace, resolve: bool = False) -> Sweep:
 )  # fmt: skip
 def simulate(options: Namespace) -> None:
     """Run some points of a sweep, one after the other."""
-    from dpd.files import check_output
     from dpd.runs.run import run
 
-    for output in options.output:
-        check_output(output, ".nc")
     if len(options.output) != len(options.points):
         raise UserError("-o: name one run.nc for each point, in their order")
     sweep = _sweep(options, resolve=True)
@@ -211,18 +202,10 @@ def _data(options: Namespace, names: Collection[str]) -> dict[str, Path]:
 def calculate(options: Namespace) -> None:
     """Calculate a sweep of theory."""
     from dpd.analysis.collect import save
-    from dpd.files import check_room
     from dpd.pipeline.theory import calculate
     from dpd.progress import Progress
 
-    paper = _paper(options)
-    if options.sweep in paper.sweeps:
-        raise UserError(
-            f"sweep {options.sweep}: its points are runs; the commands for it are: python -m dpd "
-            "simulate, and collect"
-        )
-    sweep = paper.theory[options.sweep]
-    check_room(options.output, LITTLE)
+    sweep = _found(_paper(options).theory, options.sweep, "simulate, and then: collect")
     with Progress(len(sweep.points), f"{sweep.name}") as progress:
         data = calculate(sweep, progress)
     save(data, options.output)
@@ -231,9 +214,6 @@ def calculate(options: Namespace) -> None:
 @command("name", output="name.nc")
 def measure(options: Namespace) -> None:
     """Make a measurement of the benchmark."""
-    from dpd.files import check_room
-
-    check_room(options.output, LITTLE)
     benchmarks().measure(options.name, options.output, say=lambda line: print(line, flush=True))
 
 

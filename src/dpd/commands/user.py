@@ -8,7 +8,7 @@ import time
 from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from dpd.commands.options import (
     CHECKPOINTS,
@@ -26,12 +26,7 @@ if TYPE_CHECKING:
     from argparse import Namespace
     from collections.abc import Mapping
 
-SCHEMA = "scene.schema.json"
 WIDTH = 100  # of a line
-CHOICES = (  # of `draw`, which `dpd.draw` has too
-    "frame", "slice", "surface", "smooth", "species", "colour", "view", "slab", "radius", "size",
-    "dpi",
-)  # fmt: skip
 PAGE = option(
     "--page", type=Path, metavar="FILE", action="append", default=[],
     help="a Python file with pages of your own, whose sections a scene may then have",
@@ -41,8 +36,6 @@ PAGE = option(
 @command(
     option("name", nargs="?", help="of the example; without it all are listed"),
     option("-o", "--output", type=Path, metavar="FILE", help="where to, if not NAME.yaml here"),
-    option("--schema", action="store_true", help=f"write {SCHEMA} beside it too, by which editors "
-           "with a YAML language server, as VS Code, complete and check its keys"),
     option("--paper", metavar="NAME", help="write a paper of your own into this clone instead: a "
            "sweep, a figure, a published number that it is held against, and what to say of that"),
     OVERWRITE,
@@ -63,15 +56,9 @@ def new(options: Namespace) -> None:
         return
     if options.name not in known:
         raise UserError(f"new: no example {options.name!r}; {suggestion(options.name, known)}")
-    path, text = options.output or Path(f"{options.name}.yaml"), known[options.name]
-    written = {path: text}
-    if options.schema:
-        from dpd.report.keys import scene_schema
-
-        written = {path: f"# yaml-language-server: $schema={SCHEMA}\n{text}"}
-        written[path.with_name(SCHEMA)] = json.dumps(scene_schema(), indent=1) + "\n"
+    path = options.output or Path(f"{options.name}.yaml")
     check_output(path, ".yaml")
-    _write(written, options.overwrite)
+    _write({path: known[options.name]}, options.overwrite)
     print(f"{path}: {said[options.name]}")
     print(f"to run it: {called()} run {path} -o {path.stem}.nc")
 
@@ -99,16 +86,12 @@ def _new_paper(name, overwrite):
 
 
 def _write(written, overwrite):
-    """Texts by their paths; none where another text is there, unless that is to be replaced."""
+    """Texts by their paths; none where a file is there, unless that is to be replaced."""
     from dpd.files import refuse_to_replace, replace_whole
 
-    new = {
-        path: text for path, text in written.items()
-        if not path.is_file() or path.read_bytes() != text.encode()
-    }  # fmt: skip
-    for path in new if not overwrite else ():
+    for path in written if not overwrite else ():
         refuse_to_replace(path)
-    for path, text in new.items():
+    for path, text in written.items():
         replace_whole(path, partial(Path.write_text, data=text))
 
 
@@ -124,11 +107,9 @@ def _write(written, overwrite):
 )  # fmt: skip
 def run(options: Namespace) -> None:
     """Run a scene of your own."""
-    from dpd.files import check_output
     from dpd.runs.run import run
     from dpd.scene.scene import Scene
 
-    check_output(options.output, ".nc", [options.scene])
     scene = Scene.read(options.scene, options.page, options.set)
     for sentence in scene.notes:
         print(sentence)
@@ -165,7 +146,6 @@ def extend(options: Namespace) -> None:
     option("path", nargs="?", type=Path, help="results of a study, as results/quick (default: of "
            "that in config/config.yaml); or run.nc of a run of your own, or its folder"),
     option("--papers", nargs="+", help="if not those of config/config.yaml"),
-    option("--watch", type=positive, metavar="SECONDS", help="again and again, with that pause"),
     option("--json", action="store_true", help="as one line of JSON, for scripts"),
 )  # fmt: skip
 def status(options: Namespace) -> None:
@@ -178,16 +158,12 @@ def status(options: Namespace) -> None:
 
     from dpd.pipeline.status import as_text, seconds_left
 
-    while True:
-        title, runs = _status_of(options.path, options.papers)
-        if options.json:
-            found = {"time": time.time(), "seconds_left": seconds_left(runs)}
-            print(json.dumps(found | {"runs": [asdict(run) for run in runs]}), flush=True)
-        else:
-            print(as_text(runs, title), flush=True)
-        if options.watch is None:
-            return
-        time.sleep(options.watch)
+    title, runs = _status_of(options.path, options.papers)
+    if options.json:
+        found = {"time": time.time(), "seconds_left": seconds_left(runs)}
+        print(json.dumps(found | {"runs": [asdict(run) for run in runs]}))
+    else:
+        print(as_text(runs, title))
 
 
 def _status_of(path, papers):
@@ -197,18 +173,16 @@ def _status_of(path, papers):
     from dpd.pipeline.status import own_status, runs_in, study_status
 
     study = read_config()["study"] if path is None else path.resolve().name
-    folder = results_of(study).folder if path is None or str(path) == study else str(path)
     if path is not None and path.is_dir() and runs_in(path):
         return str(path), own_status(path)
+    folder = results_of(study).folder if path is None or str(path) == study else str(path)
     seeded = SEEDED.fullmatch(study)
-    named = seeded[1] if seeded else study
-    if (CONFIG / "config.yaml").is_file() and named in studies():
+    if (CONFIG / "config.yaml").is_file() and (seeded[1] if seeded else study) in studies():
         return folder, study_status(study, folder, papers)
     if path is None or path.is_dir():
         raise UserError(
             f"{path or folder}: no study in config/config.yaml has the name {study!r}, and no run "
-            "lies there; allowed: the folder of a study's results, as results/quick; run.nc of a "
-            "run, or a folder with such results"
+            "lies there; name a folder of a study's results or of runs, or a run.nc"
         )
     return str(path), own_status(path)
 
@@ -251,8 +225,8 @@ def draw(options: Namespace) -> None:
     path = options.output or Path(options.file).with_suffix(".png")
     if not (options.output or options.overwrite):  # nobody has named the picture
         refuse_to_replace(path)
-    given = {name: getattr(options, name) for name in CHOICES}
-    choices = {name: value for name, value in given.items() if value is not None}
+    own = ("command", "file", "output", "overwrite")
+    choices = {k: value for k, value in vars(options).items() if k not in own and value is not None}
     draw_file(options.file, path, **choices)
     print(path)
 
@@ -310,7 +284,11 @@ def keys(options: Namespace) -> None:
 
 @command(PAGE)
 def schema(options: Namespace) -> None:
-    """Print the JSON schema of scenes, by which editors complete keys."""
+    """Print the JSON schema of scenes, by which editors complete keys.
+
+    In a file schema.json it is that of a scene beside it that begins with the line
+    '# yaml-language-server: $schema=schema.json', as VS Code has it.
+    """
     from dpd.report.keys import scene_schema
 
     print(json.dumps(scene_schema(_pages(options)), indent=1))
@@ -320,10 +298,7 @@ def _pages(options):
     """The pages of the files that are named."""
     from dpd.own import load
 
-    found: dict[str, Any] = {}
-    for page in options.page:
-        found |= load(page.absolute(), "--page")[0]
-    return found
+    return {k: v for page in options.page for k, v in load(page.absolute(), "--page")[0].items()}
 
 
 @command(
@@ -392,7 +367,3 @@ def parameters(options: Namespace) -> None:
     print("equation  a in kT / r_c  pressure by crGW at this a")
     for (name, a), pressure in zip(repulsions.items(), pressures, strict=True):
         print(f"{name:8s}  {a:13.4g}  {pressure:26.4g}")
-    print(
-        "\nGW: Groot and Warren 1997; rGW: Liyana-Arachchi et al. 2015; crGW: Minkara et al. 2019, "
-        "which alone knows of bonds"
-    )

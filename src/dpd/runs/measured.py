@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 # Share by which kT may be off without a word, and standard errors that it may; samples needed.
 FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
 DRIFT = 0.01  # of a bead's thermal velocity, from which on a start drifts
-TURNING = 20.0  # kT that what few beads keep may be off, but for a chance of 1 in 5000
 
 
 class Gathered(NamedTuple):
@@ -41,6 +40,10 @@ def gathered(
     for observer in observers:
         variables |= observer.variables()
     values = {name: np.asarray(variable[1]) for name, variable in variables.items()}
+    density = scene.density
+    if Change.STRETCHES in scene.made:  # the mean over the samples of a volume, which changes
+        volume = values.get("volume", np.array([simulation.volume]))
+        density = float(np.nanmean(scene.beads / volume))
     attributes = {
         "scene": json.dumps(scene.data),
         "scene_digest": scene.digest,
@@ -49,7 +52,7 @@ def gathered(
         "seed": scene.data["seed"],
         "steps": sum(scene.steps),
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-        "number_density": mean_density(scene, simulation.volume, values),
+        "number_density": density,
     }
     attributes = {**attributes, **versions(), **timed}
     if scene.chosen:
@@ -57,15 +60,6 @@ def gathered(
     if warning := warning_of(scene, values):
         attributes["warning"] = warning
     return Gathered(_with_means(variables), values, attributes)
-
-
-def mean_density(scene: Scene, volume: float, values: Mapping[str, np.ndarray]) -> float:
-    """Beads per r_c^dimension: the mean over the samples of a volume, which in the end is given."""
-    if Change.STRETCHES not in scene.made:
-        return scene.density
-    sampled = values.get("volume", np.array([volume]))
-    sampled = sampled[np.isfinite(sampled)]
-    return float(np.mean(scene.beads / sampled)) if len(sampled) else scene.beads / volume
 
 
 def _with_means(variables):
@@ -127,16 +121,12 @@ def warning_of(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
 
 def drift_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     """A sentence if the fluid drifts as a whole, and keeps that."""
-    momentum, axes = values.get("momentum", np.empty((0, 0))), list(scene.momentum_axes)
-    if (
-        Change.FLOWS in scene.made
-        or not axes
-        or not np.isfinite(momentum[:1]).all()
-        or not len(momentum)
-    ):
+    momentum = values.get("momentum", np.empty((0, 0)))[:1].ravel()
+    if Change.FLOWS in scene.made or not len(momentum) or not np.isfinite(momentum).all():
         return ""
     mass = scene.beads if scene.masses is None else scene.masses[scene.kinds].sum()
-    drift = np.where(np.isin(np.arange(scene.dimension), axes), momentum[0] / mass, 0.0)
+    stays = np.isin(np.arange(scene.dimension), list(scene.momentum_axes))
+    drift = np.where(stays, momentum / mass, 0.0)
     if mass * (drift @ drift) <= DRIFT**2 * scene.beads * scene.kT:
         return ""
     text = ", ".join(f"{velocity:g}" for velocity in np.round(drift, 3) + 0.0)
@@ -147,14 +137,22 @@ def drift_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
 
 
 def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
-    """A sentence if a run was not at its temperature; nothing if it was."""
+    """A sentence if a run was not at its temperature, with the cause, as far as that is known."""
     asked = scene.kT
     if (found := _off(values.get("kT", np.empty(0)), asked)) is None:
         return ""
     kT, mean, error = found
+    slope, driven = trend(np.arange(len(kT)), kT), {Change.FLOWS, Change.SLIDES} & scene.made.keys()
+    cause = "dt may be too large for this scene; a run with half of it tells"
+    if not scene.takes_heat:
+        cause = "without friction (every gamma is 0) nothing holds it"
+    elif abs(slope.slope) > SURE * slope.error and slope.slope * (mean - asked) < 0:
+        cause = "it was still on its way there; let the run equilibrate for longer"
+    elif driven and mean > asked:
+        cause = f"the flow heats the fluid, or {cause}"
     return (
         f"kT is {mean:.4g} {_known(error)} instead of {asked:g} in the second half of the run, and "
-        f"all that was measured belongs to that: {_cause(scene, kT, mean / asked - 1, error)}"
+        f"all that was measured belongs to that: {cause}"
     )
 
 
@@ -169,28 +167,6 @@ def _off(series, asked):
 
 def _known(error):
     return f"+- {error:.2g}" if np.isfinite(error) else "(too short a run to know its error)"
-
-
-def _cause(scene, kT, off, error):
-    """Why kT is off by a share: what is left when all that can be ruled out is."""
-    driven = not scene.made.keys().isdisjoint({Change.FLOWS, Change.SLIDES})
-    if not scene.takes_heat:
-        heat = ", and nothing takes up the heat of the flow" if driven else ""
-        return f"without friction (every gamma is 0) nothing holds it{heat}"
-    slope = trend(np.arange(len(kT)), kT)
-    if abs(slope.slope) > SURE * slope.error and slope.slope * off < 0:
-        return "it was still on its way there; let the run equilibrate for longer"
-    if not np.isfinite(error):
-        return "why is not known; let the run be longer"
-    other, free = "", scene.dimension * (scene.beads - 1)
-    closed = not driven and len(scene.momentum_axes) == scene.dimension
-    if driven and off > 0:
-        other = "the flow heats the fluid"
-    elif closed and abs(off) * free < TURNING:
-        other = "so few beads keep for long what they began with, a lone cluster its turning"
-    if not other:
-        return "dt is too large for this scene"
-    return f"{other}, or dt is too large; a run with half of dt tells"
 
 
 def pressure_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:

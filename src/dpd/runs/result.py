@@ -1,9 +1,9 @@
 """What a result holds beside what was measured, and what is in the place of one.
 
 A run of one's own keeps its last configuration, which is for everybody (`dpd.particles.netcdf`),
-and in the group ``state`` what `dpd.runs.run.extend` alone needs: the arrays of its last checkpoint
-(`dpd.engine.checkpoint.arrays_of`) that the last configuration lacks. People edit a scene and run
-it again: a result of the same scene is kept, and nothing else is replaced unless they ask for it.
+and in the group ``state`` what `dpd.runs.run.extend` needs: the arrays of its last checkpoint
+(`dpd.engine.checkpoint.arrays_of`). People edit a scene and run it again: a result of the same
+scene is kept, and nothing else is replaced unless they ask for it.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd import files
-from dpd.engine.checkpoint import arrays_of, checksum_of, file_of, put_back, stored_in
-from dpd.errors import Occupied, OtherPage, UserError
+from dpd.engine.checkpoint import arrays_of, file_of, put_back, stored_in
+from dpd.errors import Occupied, UserError
 from dpd.observe.common.measured import observables
-from dpd.particles.netcdf import attributes_of, particles_of, variables_of
+from dpd.particles.netcdf import attributes_of, variables_of
 from dpd.particles.particles import Particles, box_at, of_scene
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from dpd.engine.state import State
 
 STATE = "state"  # name of the group
-IN_CONFIGURATION = ("position", "velocity", "species")
-CHECKSUM = "state_checksum"
 NO_STATE = "not_extendable"  # attribute that says why there is no such group
 
 
@@ -62,13 +60,16 @@ def go_on_from(observer: Any, former: Any, step: int) -> None:
     """Put an observable where ``former``, that of a run planned otherwise, has got to at a step.
 
     Its arrays do not depend on how long a run is planned to be, but for series and levels of
-    correlations, for which a longer one has more room, and a shorter one enough. Raises
-    `ValueError` if the two take their samples at other steps, of which some are over.
+    correlations, for which a longer one has more room, and a shorter one enough. One that looks
+    less often in the longer run, and not yet, begins anew; it is refused if it would have looked.
     """
     if observer.every != former.every:
         if observer.every <= step:
-            raise ValueError(f"samples every {observer.every} steps cannot follow {former.every}")
-        return  # the longer run would not have looked yet
+            raise UserError(
+                f"observe.{observer.key}: in a run of that length it looks every {observer.every} "
+                f"steps, and has looked every {former.every}; run the longer scene anew"
+            )
+        return
     if (file := file_of(observer)) is not None:
         file.go_on_after(former.file.path, int(former.arrays["taken"][0]), former.arrays["digests"])
     for name, array in observer.arrays.items():
@@ -89,36 +90,24 @@ def final_of(scene: Scene, state: State, observers: list[Any], why_not: str = ""
     attributes = attributes_of(last)
     if why_not:
         return Final(variables_of(last), attributes | {NO_STATE: why_not}, {})
-    arrays = arrays_of(state, observers)
-    attributes[CHECKSUM] = checksum_of(arrays)
-    stored = {
-        name.replace("/", "."): np.asarray(array)
-        for name, array in arrays.items()
-        if name not in IN_CONFIGURATION
-    }
-    return Final(variables_of(last), attributes, {STATE: stored})
+    arrays = {name.replace("/", "."): each for name, each in arrays_of(state, observers).items()}
+    return Final(variables_of(last), attributes, {STATE: arrays})
 
 
 def read_former(path: str | Path) -> Former:
-    """The finished run in a file; `UserError` if it is none that can be made longer, or damaged."""
-    refuse_other(path, files.attributes(path))
-    variables, attributes = files.read(path)
-    stored = files.read_group(path, STATE)
-    scene = scene_of(path, attributes)
+    """The finished run in a file; `UserError` if it is none that can be made longer."""
+    attributes = files.attributes(path)
+    refuse_other(path, attributes)
+    scene, stored = scene_of(path, attributes), files.read_group(path, STATE)
     if not stored:
         why = attributes.get(NO_STATE) or (
             "it holds no state to go on from. `dpd run --overwrite` makes it again with one; a run "
             "of a study has one if its scene says 'keep_state: true'"
         )
         raise UserError(f"{path}: {why}")
-    arrays = _as_checkpoint(stored, particles_of(variables, attributes, path), scene)
-    if attributes.get(CHECKSUM) != checksum_of(arrays):
-        raise UserError(
-            f"{path}: the state that it holds cannot be right (its checksum does not fit), so no "
-            "run can go on from it; make the file anew"
-        )
+    arrays = {name.replace(".", "/"): array for name, array in stored.items()}
     try:
-        if attributes.get("scene_digest") != scene.digest:
+        if attributes["scene_digest"] != scene.digest or "position" not in arrays:
             raise ValueError
         state = put_back(arrays, ())
         observers = list(observables(scene, system_of(scene), path, state))
@@ -129,19 +118,6 @@ def read_former(path: str | Path) -> Former:
             f"new run can begin with its last configuration: --start {path}"
         ) from None
     return Former(scene, state, observers, attributes)
-
-
-def _as_checkpoint(stored, last, scene):
-    """The arrays of a checkpoint, from those of the group and from the last configuration."""
-    arrays = {name.replace(".", "/"): np.asarray(array) for name, array in stored.items()}
-    order = arrays.get("identity")
-    if order is None or not np.array_equal(np.sort(order), np.arange(last.position.shape[1])):
-        return arrays  # which lack positions, and so cannot be right
-    arrays["position"] = last.position[:, order]
-    arrays["velocity"] = last.velocity[:, order] if last.velocity is not None else np.zeros(0)
-    if len(scene.species) > 1:
-        arrays["species"] = last.species[order]
-    return arrays
 
 
 def refuse_other(path: str | Path, attributes: Mapping[str, Any]) -> None:
@@ -190,14 +166,10 @@ def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Sc
     try:
         attributes = files.attributes(output)
         former = scene_of(output, attributes) if "scene_digest" in attributes else None
-    except OtherPage as problem:
-        raise Occupied(
-            f"{output}: holds the result of a run with another page; {problem}"
-        ) from None
-    except UserError:
-        former = None
+    except UserError as problem:
+        raise Occupied(f"{output}: is there already, and cannot be read: {problem}") from None
     if former is None:
-        raise Occupied(f"{output}: is there already, and no result of a run that can be read")
+        raise Occupied(f"{output}: is there already, and is no result of a run")
     if not _same(scene, former):
         raise Occupied(f"{output}: holds the result of {_other(scene, former)}")
     if missing := [path for path in sidecars if not path.is_file()]:
@@ -215,19 +187,16 @@ def refuse_to_lose(scene: Scene, checkpoint: Path) -> None:
     holds = f"{checkpoint}: holds the state of a run that was stopped or killed,"
     try:
         former = scene_of(checkpoint, stored.note)
-    except OtherPage as problem:
-        raise Occupied(f"{holds} with another page; {problem}") from None
-    except UserError:
-        raise Occupied(f"{holds} of an older version, which alone can go on with it") from None
+    except UserError as problem:
+        raise Occupied(f"{holds} which this version cannot read: {problem}") from None
     if not _same(scene, former):
         raise Occupied(f"{holds} of {_other(scene, former)}")
-    if stored.key.get("sources") != run_sources(former):
+    key = {"sources": run_sources(former), "kept": former.data.get("keep_state", True)}
+    if {"scene": stored.key.get("scene"), **key} != stored.key:
         raise Occupied(
-            f"{holds} of another version of this program, such as 0.2, which alone can go on with "
-            "it: finish the run with that one"
+            f"{holds} of another version of this program, or of a study, which alone can go on "
+            "with it"
         )
-    if stored.key.get("kept") is not former.data.get("keep_state", True):
-        raise Occupied(f"{holds} of a study, which keeps less: finish it by the same command")
 
 
 def remove_left(checkpoint: Path, scene: Scene) -> bool:

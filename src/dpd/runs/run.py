@@ -40,10 +40,11 @@ from dpd.runs.result import (
     refuse_to_lose,
     remove_left,
     result_there,
+    scene_of,
 )
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
-from dpd.start import BYTES_PER_BEAD, start_work
+from dpd.start import start_work
 from dpd.start.common.make import make_start, system_of
 
 if TYPE_CHECKING:
@@ -111,45 +112,28 @@ def run(
     it cannot be, see `dpd.runs.lock.alone` and `simulate`, or would replace something unasked;
     `Stopped` if a signal asked for it.
     """
-    checkpoint = checkpoint_path(output)
-    sidecars, given = list(scene.files_beside(output).values()), [start] if start else []
-    of_scene = [scene.where] if Path(scene.where).is_file() else []
-    for path in (output, checkpoint, *sidecars):
-        files.check_output(path, NETCDF if path == output else "", [*of_scene, *given])
-    if options.own and start and not start.exists() and start.suffix.lower() == NETCDF:
-        files.check_output(start, NETCDF, of_scene)
-    refuse_other_file(checkpoint)
+    inputs = [start] if start else []
+    inputs += [Path(scene.where)] if Path(scene.where).is_file() else []
+    beside = _beside(scene, output, inputs)
     with alone(output, options.say, wait=not options.own) as lock:
         if (made := _made(scene, output, start, options)) is not None:
-            remove_left(checkpoint, made)
-            return summary(made, *files.read(output))
-        for path in (output, checkpoint, *sidecars, *map(unfinished, sidecars)):
-            remove_drafts(path)
+            return _as_it_is(made, output)
         with stop_on(options.signals) as stopping:
-            return _run(scene, output, start, options, stopping, lock)
+            begun, COMPILING.tell = time.perf_counter(), options.tell
+            _resumed(output, beside)
+            label = f"{options.label}: start"
+            with options.progress(start_work(scene), label, lock=lock, doing="start") as shown:
+                look = partial(_stoppable, stopping, shown)
+                scene, state = _first(scene, start, options, look)
+            if scene.is_auto:
+                from dpd.runs.auto import settle
 
-
-def _run(scene, output, start, options, stopping, lock):
-    begun, checkpoint = time.perf_counter(), checkpoint_path(output)
-    _refuse_too_large(scene)
-    say_if_resumed(checkpoint)
-    work, COMPILING.tell = start_work(scene), options.tell
-    with options.progress(work, f"{options.label}: start", lock=lock, doing="start") as shown:
-        progress = partial(_stoppable, stopping, shown)
-        if start is None:
-            state = make_start(scene, progress, options.tell)
-        else:
-            from dpd.start.common.files import begin, read_start
-
-            if options.own:
-                scene, state = begin(scene, start, progress, options.tell)
-            else:
-                state = read_start(scene, start)
-    scene = _settled(scene, state, checkpoint, partial(_stoppable, stopping))
-    if scene.chosen:
-        options.tell(scene.chosen["said"])
-    with options.progress(sum(scene.steps), options.label, lock=lock) as progress:
-        return simulate(scene, output, state, options, progress, stopping, begun)
+                stored = stored_in(beside[0])
+                before = stored.note.get("chosen") if stored else None
+                scene = settle(scene, state, partial(_stoppable, stopping), before)
+                options.tell((scene.chosen or {})["said"])
+            with options.progress(sum(scene.steps), options.label, lock=lock) as progress:
+                return simulate(scene, output, state, options, progress, stopping, begun)
 
 
 def extend(
@@ -159,73 +143,80 @@ def extend(
 
     The ``output`` may be the file of the run, which stays until the longer one is whole. See `run`.
     """
-    sample, checkpoint = whole("sample", sample), checkpoint_path(output)
-    files.check_output(output, NETCDF, [] if output == run else [run])
-    files.check_output(checkpoint, "", [run])
-    refuse_other_file(checkpoint)
-    refuse_other(run, files.attributes(run))  # before there is a lock beside what is no run at all
+    sample, attributes = whole("sample", sample), files.attributes(run)
+    refuse_other(run, attributes)
+    shorter = scene_of(run, attributes)
+    inputs = [] if output == run else [run, *shorter.files_beside(run).values()]
+    beside = _beside(shorter, output, inputs)
     with alone(output, options.say) as lock:
         begun, former = time.perf_counter(), read_former(run)  # now nobody else is at work on it
-        sidecars = list(former.scene.files_beside(output).values())
+        step, scene, there = former.state.step, longer(former.scene, sample), None
         if output != run:
-            for path in sidecars:
-                files.check_output(path, "", [run, *former.scene.files_beside(run).values()])
-        for path in (output, checkpoint, *sidecars, *map(unfinished, sidecars)):
-            remove_drafts(path)
-        scene, there = longer(former.scene, sample), None
-        if output == run and _was_killed(former, sample, checkpoint):
+            there = None if options.overwrite else result_there(scene, output, options.say)
+        elif remove_left(beside[0], former.scene) and step == sample + int(
+            former.attributes.get("extended_from_step", step)
+        ):
             there = former.scene
             options.say(f"{run}: has been made longer before, by a command that was killed then")
-        elif not options.overwrite and output == run:
-            refuse_to_lose(scene, checkpoint)
         elif not options.overwrite:
-            there = result_there(scene, output, options.say)
+            refuse_to_lose(scene, beside[0])
         if there is not None:
-            remove_left(checkpoint, there)
-            return summary(there, *files.read(output))
+            return _as_it_is(there, output)
         if former.attributes.get("sources") != run_sources(scene):
             options.say(
                 f"{run}: made by other sources than today's, so its last bits may differ from "
                 "those of a run that was made today"
             )
-        say_if_resumed(checkpoint)
+        _resumed(output, beside)
         shown = options.progress(sum(scene.steps), f"{run}: longer", lock=lock)
         with stop_on(options.signals) as stopping, shown as progress:
-            progress(former.state.step)  # so that the lock says how long it is to become
+            progress(step)  # so that the lock says how long it is to become
             return simulate(
                 scene, output, former.state, options, progress, stopping, begun, former.observers
             )
 
 
-def _was_killed(former, sample, checkpoint):
-    """Whether this very command was killed after the longer result was in its place."""
-    step, first = former.state.step, former.attributes.get("extended_from_step")
-    left = remove_left(checkpoint, former.scene)
-    return left and first is not None and int(first) + sample == step
-
-
 def longer(scene: Scene, sample: int) -> Scene:
-    """A scene with more steps of sampling.
-
-    An observable whose interval is longer than the shorter run has looked once, at its end. It
-    keeps that interval, unless the longer run would not have looked yet.
-    """
-    done = scene.steps.sample
-    data: dict[str, Any] = scene.data | {"steps": scene.data["steps"] | {"sample": done + sample}}
-    found = Scene(data, scene.where)
-    kept = {
-        name: page.model_dump(exclude_none=True, by_alias=True)
-        for name, page in scene.observe.items()
-        if page.every != found.observe[name].every <= page.watched(scene)
-    }
-    if kept:
-        observe = []
-        for item in data["observe"]:
-            name = item if isinstance(item, str) else next(iter(item))
-            observe.append({name: kept[name]} if name in kept else item)
-        found = Scene(data | {"observe": observe}, scene.where)
+    """A scene with more steps of sampling."""
+    steps = scene.data["steps"] | {"sample": scene.steps.sample + sample}
+    found = Scene(scene.data | {"steps": steps}, scene.where)
     found.chosen = scene.chosen
     return found
+
+
+def _beside(scene, output, inputs):
+    """The checkpoint of a result, then its sidecar files; refused where a file would be lost."""
+    beside = [checkpoint_path(output), *scene.files_beside(output).values()]
+    for path in (output, *beside):
+        files.check_output(path, NETCDF if path == output else "", inputs)
+    refuse_other_file(beside[0])
+    return beside
+
+
+def _resumed(output, beside):
+    """Remove what a killed run left half written; tell a person that there may be one to resume."""
+    for path in (output, *beside, *map(unfinished, beside[1:])):
+        remove_drafts(path)
+    if beside[0].exists():
+        with suppress(OSError):
+            print(f"a run to resume may be in {beside[0]}", file=sys.stderr)
+
+
+def _first(scene, start, options, progress):
+    """The scene with its first configuration; one from a file of another scene is part of it."""
+    if start is None:
+        return scene, make_start(scene, progress, options.tell)
+    from dpd.start.common.files import begin, read_start
+
+    if options.own:
+        return begin(scene, start, progress, options.tell)
+    return scene, read_start(scene, start)
+
+
+def _as_it_is(scene, output):
+    """The summary of a result that stays; a checkpoint of its run is of no more use."""
+    remove_left(checkpoint_path(output), scene)
+    return summary(scene, *files.read(output))
 
 
 @contextmanager
@@ -283,35 +274,6 @@ def _made(scene, output, start, options):
     return scene
 
 
-def _refuse_too_large(scene):
-    """Refuse beads for which this machine has no memory: the system would end the process."""
-    needed = BYTES_PER_BEAD * scene.beads
-    there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if needed > there:
-        raise UserError(
-            f"{scene.where}: {scene.beads} beads take about {needed / 2**30:.3g} GiB of memory, "
-            f"and this machine has {there / 2**30:.3g}; take a smaller box or fewer molecules"
-        )
-
-
-def say_if_resumed(checkpoint: Path) -> None:
-    """Tell a person that there may be a run to resume."""
-    if checkpoint.exists():
-        with suppress(OSError):
-            print(f"a run to resume may be in {checkpoint}", file=sys.stderr)
-
-
-def _settled(scene, state, checkpoint, look):
-    """The scene with the time step that it names, that it began with, or that is found now."""
-    if not scene.is_auto:
-        return scene
-    from dpd.runs.auto import settle, settled_before
-
-    stored = stored_in(checkpoint)
-    before = settled_before(scene, stored.note.get("chosen")) if stored else None
-    return before or settle(scene, state, look)
-
-
 def simulate(
     scene: Scene,
     path: str | Path,
@@ -330,11 +292,6 @@ def simulate(
     and result, or if the run blows up or is stopped; the last checkpoint stays.
     """
     begun = time.perf_counter() if begun is None else begun
-    if scene.is_auto:
-        raise UserError(
-            f"{scene.where}: integrator.scheme: 'auto' has not been tried on the scene yet; call "
-            "dpd.runs.auto.settle(scene, state) first, or name scheme and dt"
-        )
     systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
     simulation = Simulation(systems[0][1], state, options.threads)
     observers = observables(scene, systems[0][1], path, state)
@@ -342,8 +299,7 @@ def simulate(
         looked = state.step - counts_from(observer, scene.steps.equilibrate)
         go_on_from(observer, its_former, looked)
     keeper = _keeper(scene, path, options)
-    for place in (path, keeper.path) if keeper else (path,):
-        _check_room(place, simulation, observers)
+    _check_room(keeper.path if keeper else path, simulation, observers)
     running, lost = time.perf_counter() - COMPILING.seconds, -1
     try:
         done = run_steps(
@@ -364,14 +320,12 @@ def simulate(
     }
     if former:
         timed["extended_from_step"] = state.step
-    measured = gathered(scene, simulation, observers, timed)
-    said = [measured.attributes.get("warning", "")]
+    measured, kept = gathered(scene, simulation, observers, timed), keeper if lost < 0 else None
     keeps = scene.data.get("keep_state", options.own) and lost < 0
     try:
-        _write(path, scene, simulation, observers, measured, keeper if lost < 0 else None,
-               keeps, said)  # fmt: skip
+        said = _write(path, scene, simulation, observers, measured, kept, keeps)
     except UserError as problem:
-        if keeper and lost < 0 and (unsaved := keeper.save(simulation, observers)):
+        if kept and (unsaved := kept.save(simulation, observers)):
             problem = UserError(f"{problem}; {unsaved}")
         raise _with_place(problem, scene, keeper) from None
     if keeper:
@@ -399,13 +353,16 @@ def _check_room(path, simulation, observers):
     files.check_room(path, COPIES * (kept + state) + sidecars)
 
 
-def _write(path, scene, simulation, observers, measured, keeper, keeps, said):
-    """Finish the files beside the result, and write that last: it says that all is there."""
+def _write(path, scene, simulation, observers, measured, keeper, keeps):
+    """Finish the files beside the result, write that last, and return what is to be warned of.
+
+    The result says that all is there. Until then a kill costs no trajectory, and after it none
+    makes a second extension: for that the state at the end is kept.
+    """
+    said, lost_frames = [measured.attributes.get("warning", "")], ""
     own = [observer for observer in observers if file_of(observer)]
-    # A kill before the result is there costs no trajectory; one after it, no second extension.
     if keeper and (own or "extended_from_step" in measured.attributes):
         said.append(keeper.save(simulation, observers))
-    lost_frames = ""
     for observer in own:
         taken, digests = observer.arrays["taken"], observer.arrays["digests"]
         lost_frames = file_of(observer).finish(int(taken[0]), digests, Path(path))
@@ -415,6 +372,7 @@ def _write(path, scene, simulation, observers, measured, keeper, keeps, said):
         final = final_of(scene, simulation.state, observers, lost_frames)
     variables = measured.variables | final.variables
     files.write(path, variables, measured.attributes | final.attributes, final.groups)
+    return said
 
 
 def _with_place(problem, scene, keeper):
