@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import shlex
 import sys
-from argparse import ArgumentParser, RawDescriptionHelpFormatter
+from argparse import ArgumentParser
 from contextlib import suppress
-from textwrap import fill
 from typing import TYPE_CHECKING
 
 import dpd
-from dpd.commands import pipeline, user
+from dpd.commands import pipeline, user  # noqa: F401  # they declare the commands
 from dpd.commands.options import COMMANDS, called
 from dpd.errors import FAILED, Occupied, Stopped, UserError, reason
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-GROUPS = {"commands": user, "commands that rules call, and for papers and studies": pipeline}
-WIDTH = 100  # of a line
 LITTLE = 2**20  # bytes of a result whose size is not known before
 
 
@@ -27,31 +24,22 @@ def new_parser(arguments: Sequence[str] = ()) -> ArgumentParser:
     asked = arguments[0] if arguments else ""
     parser = ArgumentParser(
         prog=called(), usage="%(prog)s [-h] [--version] COMMAND ...",
-        formatter_class=RawDescriptionHelpFormatter,
-        description=f"Dissipative particle dynamics: runs, figures, verdicts.\n{_listed()}",
+        description="Dissipative particle dynamics: runs, figures, verdicts.",
     )  # fmt: skip
     parser.add_argument("--version", action="version", version=f"dpd-papers {dpd.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", prog=called())
-    for name in [asked] if asked in COMMANDS else COMMANDS:
+    for name in [asked] if asked in COMMANDS else sorted(COMMANDS, key=_room, reverse=True):
         command = COMMANDS[name]
-        added = commands.add_parser(name, description=command.function.__doc__)
+        said = command.function.__doc__ or ""
+        added = commands.add_parser(name, description=said, help=said.partition("\n")[0])
         for names, settings in command.arguments:
             added.add_argument(*names, **settings)
         added.set_defaults(command=command)
     return parser
 
 
-def _listed():
-    """All commands with the first sentence on each, those for users first."""
-    lines = []
-    for title, module in GROUPS.items():
-        lines.append(f"\n{title}:")
-        for name, (function, *_) in COMMANDS.items():
-            if function.__module__ == module.__name__:
-                said = " ".join((function.__doc__ or "").split("\n\n")[0].split())
-                begin = f"  {name:11s}"
-                lines.append(fill(said, WIDTH, initial_indent=begin, subsequent_indent=" " * 13))
-    return "\n".join(lines)
+def _room(name):
+    return COMMANDS[name].function.__module__  # of users' commands it is the last
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -146,10 +146,10 @@ def is_made(scene: Scene, path: str | Path) -> bool:
     if not all(each.is_file() for each in (Path(path), *scene.files_beside(path).values())):
         return False
     try:
-        made = [files.attribute(path, name) for name in ("scene_digest", "sources")]
-    except (UserError, AttributeError):  # not NetCDF, or not a run
+        made = files.attributes(path)
+    except UserError:
         return False
-    return made == [scene.digest, run_sources(scene)]
+    return (made.get("scene_digest"), made.get("sources")) == (scene.digest, run_sources(scene))
 
 
 def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Scene | None:
@@ -222,8 +222,5 @@ def _other(scene, former):
     """What distinguishes the scene of a file from one that is to be run."""
     mine, its = scene.data, former.data
     keys = sorted(key for key in mine.keys() | its.keys() if mine.get(key) != its.get(key))
-    more = former.steps.sample - scene.steps.sample
-    if keys == ["steps"] and former.steps.equilibrate == scene.steps.equilibrate:
-        hint = " (`dpd extend` makes a result longer)" if more < 0 else ""
-        return f"this scene, {abs(more)} steps {'longer' if more > 0 else 'shorter'}{hint}"
-    return f"another scene, with other values of {', '.join(keys)}"
+    hint = " (`dpd extend` makes a result longer)" if keys == ["steps"] else ""
+    return f"another scene, with other values of {', '.join(keys)}{hint}"
