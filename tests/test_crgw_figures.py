@@ -13,7 +13,6 @@ from paper_figures.crgw_2019 import (
     chain_virial,
     fig02_mismatch,
     fig07_solutes,
-    fig08_coexistence,
     mixing,
     mixtures,
     shared,
@@ -176,17 +175,6 @@ def test_a_potential_is_integrated_from_its_derivative():
         assert found == pytest.approx(float(potential(20.0)), rel=1e-3)
     with pytest.raises(UserError, match="not the points after Gauss"):
         fig07_solutes._potential(sweep, "S W", 5, 21.0)
-
-
-def test_bulks_are_the_middles_of_both_slabs():
-    """Wherever the slab is, also across the edge of the box."""
-    z = np.arange(40)
-    for middle in (5, 19, 38):
-        away = np.abs((z - middle + 20) % 40 - 20)
-        rich, poor = fig08_coexistence._bulks(np.where(away < 10, 0.9, 0.1))
-        assert rich.sum() == poor.sum() > 8
-        assert (away[rich] <= 7).all()
-        assert (away[poor] >= 13).all()
 
 
 def test_constants_come_back_from_samples_of_the_form():

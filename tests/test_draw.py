@@ -76,24 +76,16 @@ def test_beads_are_where_they_must_be():
         assert set("ABC") <= set(picture.texts)
 
 
-def test_a_bond_has_the_colours_of_its_ends():
-    """Half and half."""
-    picture = Picture(draw(particles([(3, 5), (6, 5)], (10, 10), [0, 1], [(0, 1)])))
-    assert is_close(picture.at(4.2, 5), BLUE) and is_close(picture.at(4.8, 5), ORANGE)
-    alone = Picture(draw(particles([(3, 5), (6, 5)], (10, 10), [0, 1])))
-    assert is_close(alone.at(4.2, 5), WHITE)
-
-
 @pytest.mark.parametrize("across", [False, True])
 def test_a_bond_goes_to_the_nearest_image(across):
-    """Over the border of the box, not through its middle."""
+    """Over the border of the box, not through its middle; in the colours of its ends."""
     ends = [(0.9, 5), (9.3, 5)] if across else [(3, 5), (6, 5)]
     picture = Picture(draw(particles(ends, (10, 10), [0, 1], [(0, 1)]), radius=0.2))
     middle, low, high = picture.at(4.4, 5), picture.at(0.3, 5), picture.at(9.8, 5)
     assert is_close(middle, WHITE) == across
     assert is_close(low, WHITE) != across and is_close(high, WHITE) != across
-    if across:  # its middle is at 0.1
-        assert is_close(low, BLUE) and is_close(high, ORANGE)
+    halves = (low, high) if across else (picture.at(4.2, 5), picture.at(4.8, 5))
+    assert is_close(halves[0], BLUE) and is_close(halves[1], ORANGE)
 
 
 @pytest.mark.parametrize(

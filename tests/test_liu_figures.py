@@ -19,15 +19,6 @@ def curve(values):
     return Resampled(TIME, values, rows, rows)
 
 
-def test_elongation_of_rods_and_rings():
-    """1 and 0; a rod along a diagonal is still a rod."""
-    along = np.linspace(-1, 1, 50)
-    angle = np.linspace(0, 2 * np.pi, 50, endpoint=False)
-    chains = np.stack([[along, along], [np.cos(angle), np.sin(angle)]], axis=1)
-    found = load_module(PAPER, "fig04_snapshot").elongations(chains)
-    assert found == pytest.approx([1.0, 0.0], abs=1e-12)
-
-
 def test_shapes_of_ideal_chains():
     """The measure of how diverse chains are: itself in units of itself; one shape alone is not."""
     figure = load_module(PAPER, "fig04_snapshot")
