@@ -56,7 +56,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             from dpd.files import check_output, check_room
 
             check_output(options.output, output[output.rfind(".") :])
-            check_room(options.output, LITTLE)
+            if options.output.parent.exists():  # no folder is made for what may be refused
+                check_room(options.output, LITTLE)
         function(options)
         print(end="", flush=True)
     except BrokenPipeError:  # as with `| head`
