@@ -105,10 +105,8 @@ def test_two_flows_give_the_common_viscosity(two_flows):
 
 
 @pytest.mark.thorough
-def test_two_flows_have_no_net_momentum(two_flows):
-    """kT and pressure are about the flow; the profile has 0.01 more at most, of the drift."""
-    drift = np.abs(two_flows.momentum.values[:, 0]).max() / 1512
-    assert drift < 0.02 * float(two_flows.velocity_profile.max())
+def test_two_flows_heat_and_press_as_a_fluid_at_rest(two_flows):
+    """kT and pressure are about the flow, and the pressure is the same along all axes."""
     about, kT = float(two_flows.temperature_profile.mean()), two_flows.kT.attrs
     assert 0.99 < kT["mean"] < 1.06 and abs(kT["mean"] - about) < 0.01 + 4 * kT["error"]
     xx, yy, zz = (mean_and_error(two_flows.pressure_tensor.values[:, k, k]) for k in range(3))
@@ -119,16 +117,14 @@ def test_two_flows_have_no_net_momentum(two_flows):
 
 @pytest.mark.thorough
 def test_rough_walls_hold_the_fluid(channel):
-    """Viscosity as in the bulk, of a fluid that is a little denser; no slip within 0.15 r_c."""
+    """Viscosity as in the bulk, of a fluid that is a little denser; no slip within 0.15 r_c.
+
+    Each takes up half of the force that drives the flow, 3 * 0.03 * 12 / 2 per area.
+    """
     found = channel_flow(channel, STRENGTH, APART)
     assert abs(found.viscosity.value - 0.87) < 0.04 + 3 * found.viscosity.error
     assert abs(found.slip.value) < 0.15 + 3 * found.slip.error
     assert found.slip.error < 0.1
-
-
-@pytest.mark.thorough
-def test_walls_take_up_the_force_that_drives_the_flow(channel):
-    """Half of it each, 3 * 0.03 * 12 / 2 per area, within four standard errors."""
     for wall in (0, 1):
         mean, error, _ = mean_and_error(channel.wall_friction.values[:, wall, 0])
         assert error < 0.07
@@ -142,11 +138,8 @@ def test_the_pressure_on_walls_is_that_of_the_bulk():
     """
     rest = CHANNEL | {"body_force": {"axis": "x", "strength": 0}}
     run = dpd.run(rest | {"steps": {"equilibrate": 500, "sample": 6000}}, progress=False)
-    means, errors = [], []
-    for wall in (0, 1):
-        mean, error, _ = mean_and_error(run.wall_pressure.values[:, wall])
-        means.append(mean)
-        errors.append(error)
+    walls = [mean_and_error(run.wall_pressure.values[:, wall])[:2] for wall in (0, 1)]
+    means, errors = np.transpose(walls)
     assert abs(means[0] - means[1]) < 4 * np.hypot(*errors)
     middle = (run.z > 3) & (run.z < APART - 3)
     density = float(run.density_profile.mean("block")[0][middle].mean())
@@ -181,14 +174,11 @@ def test_moving_walls_shear_the_fluid():
 
 def test_axes_across_which_the_fluid_changes():
     """Walls first, then that across which a force turns round; a shear's where there are none."""
-    data = SCENE | {"box": [6, 6, 6], "observe": ["thermo"]}
+    data = SCENE | {"box": [6, 9, 6], "observe": ["thermo"]}
     force = {"body_force": {"axis": "x", "strength": 0.1, "opposite": "y"}}
     walls = {"walls": {"axis": "z", "repulsion": 25, "gamma": 5}}
     shear = {"shear": {"rate": 0.1, "gradient": "z"}}
     for change, axes in (
-        (force | walls, (2, 1)), (force, (1,)), (walls, (2,)), (shear, (2,)), (force | shear, (1,)),
-        ({"box": [6, 9, 6]}, (1,)),
+        (force | walls, (2, 1)), (walls, (2,)), (shear, (2,)), (force | shear, (1,)), ({}, (1,)),
     ):  # fmt: skip
-        scene = Scene(data | change)
-        assert scene.across == axes and scene.axis_of_profile(None) == axes[0]
-        assert scene.axis_of_profile("x") == 0
+        assert Scene(data | change).across == axes

@@ -49,8 +49,6 @@ def test_an_example_is_written_and_never_over_another_file(folder, dpd):
     assert dpd("new", "fluid", "--overwrite")[0] == 0
     for name in ("fluid.yaml", "mine/other.yaml"):
         assert read_yaml(folder / name) == read_yaml(SCENES["fluid"])
-    code, said = dpd("new", "fluid", "-o", "fluid.nc")
-    assert code == 1 and "ends in .yaml" in said and not (folder / "fluid.nc").exists()
 
 
 def test_all_are_listed_and_names_are_checked(folder, dpd, capsys):

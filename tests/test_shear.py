@@ -29,7 +29,6 @@ FLUID = SCENE | {
         {"trajectory": {"every": 5}},
     ],
 }  # fmt: skip
-PLANE = FLUID | {"dimension": 2, "box": [4.5, 4]}
 
 
 def test_bonds_cross_at_the_images_that_have_slid():
@@ -74,8 +73,7 @@ def far(particles, tilt):
 
 
 @pytest.mark.parametrize("kind", ["gsd", "nc", "data"])
-@pytest.mark.parametrize("turns", [-0.5, 0.37])
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("dimension", "turns"), [(2, -0.5), (3, 0.37)])
 def test_tilted_boxes_there_and_back(tmp_path, dimension, turns, kind):
     """Beads come back where they were, in the box of right angles; GSD has boxes and tilts in
     single precision."""
@@ -93,8 +91,7 @@ def test_tilted_boxes_there_and_back(tmp_path, dimension, turns, kind):
 
 
 def test_other_programs_find_beads_in_the_tilted_box(tmp_path):
-    """MDAnalysis reads the box of a GSD file, and the distances of beads are those of its images;
-    in LAMMPS data the tilt is a length."""
+    """MDAnalysis reads the box of a GSD file; distances of beads are those of its images."""
     import gsd.hoomd
     from MDAnalysis.lib.distances import self_distance_array
     from MDAnalysis.lib.mdamath import triclinic_box
@@ -103,11 +100,7 @@ def test_other_programs_find_beads_in_the_tilted_box(tmp_path):
     write(particles, tmp_path / "melt.gsd")
     with gsd.hoomd.open(tmp_path / "melt.gsd") as file:
         frame = file[0]
-    lx, ly, lz, xy, xz, yz = frame.configuration.box
-    assert (xz, yz) == (0, 0) and xy == pytest.approx(0.37 * 5.0 / 6.5)
-    place = frame.particles.position
-    lattice = place[:, 0] - xy * place[:, 1]
-    assert (np.abs(lattice) <= 0.5 * lx * (1 + 1e-6)).all()
+    place, (lx, ly, lz, xy, _, _) = frame.particles.position, frame.configuration.box
     dimensions = triclinic_box([lx, 0, 0], [xy * ly, ly, 0], [0, 0, lz])
     found = self_distance_array(place.astype(np.float32), box=dimensions)
     i, j = np.triu_indices(particles.beads, 1)
@@ -116,9 +109,6 @@ def test_other_programs_find_beads_in_the_tilted_box(tmp_path):
     apart = (particles.position[:, i] - particles.position[:, j])[:, :, None] + vectors.T[:, None]
     expected = np.sqrt((apart**2).sum(axis=0)).min(axis=1)
     np.testing.assert_allclose(found, expected, atol=1e-4)
-    write(particles, tmp_path / "melt.data")
-    line = next(x for x in (tmp_path / "melt.data").read_text().split("\n") if "xy xz yz" in x)
-    assert float(line.split()[0]) == pytest.approx(0.37 * 5.0) and line.split()[1:3] == ["0.0"] * 2
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +125,9 @@ def test_a_run_goes_on_from_the_end_of_a_sheared_one(sheared, tmp_path):
     scene, path = sheared
     last = read(path)
     assert abs(last.box.tilt) > 0.1
-    assert last.box.tilt == pytest.approx(system_box(scene, 130).tilt, abs=1e-15)
+    system = system_of(scene)
+    now = tilted(system.box, system.shear, system.dt, 130)
+    assert last.box.tilt == pytest.approx(now.tilt, abs=1e-15)
     other = Scene(FLUID | {"shear": {"rate": -0.1}, "start": {"method": "file", "path": str(path)}})
     state = make_start(other)
     assert state.slid is not None
@@ -154,25 +146,12 @@ def test_a_run_goes_on_from_the_end_of_a_sheared_one(sheared, tmp_path):
     assert begun.box.tilt < last.box.tilt
 
 
-def system_box(scene, step):
-    system = system_of(scene)
-    return tilted(system.box, system.shear, system.dt, step)
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({}, ["tilted by shear", "flow along x", "no such shear"]),
-        ({"shear": {"rate": 0.3, "gradient": "z"}}, ["gradient along y", "no such shear"]),
-    ],
-)
-def test_a_tilted_box_does_not_begin_another_scene(sheared, change, words):
-    _, path = sheared
-    data = {key: value for key, value in FLUID.items() if key != "shear"} | change
-    with pytest.raises(UserError) as caught:
-        make_start(Scene(data | {"start": {"method": "file", "path": str(path)}}))
-    for word in words:
-        assert word in str(caught.value)
+def test_a_tilted_box_does_not_begin_a_scene_of_another_flow(sheared):
+    """Nor one at rest."""
+    change = {"shear": {"rate": 0.3, "gradient": "z"}, "start": {"method": "file"}}
+    change["start"]["path"] = str(sheared[1])
+    with pytest.raises(UserError, match=r"flow along x .*gradient along y.* no such shear"):
+        make_start(Scene(FLUID | change))
 
 
 def test_a_sheared_run_made_longer_is_one_that_was_planned_that_long(sheared, tmp_path):
@@ -213,10 +192,9 @@ def test_viscosity_of_the_standard_fluid(flows):
 
 def test_stress_is_symmetric_and_heat_raises_kT(flows):
     """P_xy and P_yx have the same mean; the faster flow is the hotter one, by some per cent."""
-    for run in flows.values():
-        tensor = run.pressure_tensor_all.values
-        assert tensor[:, 0, 1].mean() == pytest.approx(tensor[:, 1, 0].mean(), abs=0.01)
     slow, fast = flows.values()
+    tensor = fast.pressure_tensor_all.values.mean(axis=0)
+    assert tensor[0, 1] == pytest.approx(tensor[1, 0], abs=0.01)
     assert 1.01 < float(slow.kT.mean()) < float(fast.kT.mean()) < 1.2
 
 

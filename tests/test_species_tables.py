@@ -32,10 +32,6 @@ def test_tables_of_a_scene():
     np.testing.assert_array_equal(scene.friction, [[4.5, 9], [9, 2]])
     assert scene.masses.tolist() == [1, 4] and scene.lightest == 1
     np.testing.assert_array_equal(Scene(BLEND | LANGEVIN).friction, [4.5, 9])
-    one = BLEND | {"thermostat": {"gamma": 3}}
-    del one["mass"]
-    assert Scene(one).friction == 3.0 and Scene(one).masses is None
-    assert system_of(Scene(one)).masses is None
 
 
 def test_starts_have_velocities_of_their_masses():
@@ -70,8 +66,6 @@ def test_files_keep_masses(tmp_path, suffix):
     found = read(tmp_path / f"beads.{suffix}")
     assert found.masses_by_name() == {"A": 1.1, "B": 4} and "mass" not in str(found.left_out)
     np.testing.assert_allclose(found.velocity, particles.velocity, rtol=1e-15)
-    write(particles._replace(masses=None), tmp_path / f"plain.{suffix}")
-    assert read(tmp_path / f"plain.{suffix}").masses is None
 
 
 def test_a_start_from_beads_of_other_masses_says_so(tmp_path):
@@ -84,11 +78,9 @@ def test_a_start_from_beads_of_other_masses_says_so(tmp_path):
     state = make_start(Scene(BLEND | start), say=said.append)
     assert any("other masses than the scene (B 1)" in sentence for sentence in said)
     np.testing.assert_array_equal(state.velocity, particles.velocity)
-    said.clear()
     write(particles._replace(velocity=None), path)
     scene = Scene(BLEND | start)
     state = make_start(scene, say=said.append)
-    assert not any("masses" in sentence for sentence in said if "types" not in sentence)
     assert np.abs(system_of(scene).momenta(state).sum(axis=1)).max() < 1e-10
     heavy = state.velocity[:, state.species == 1]
     assert abs(4 * np.mean(heavy**2) - 1) < 5 * np.sqrt(2 / heavy.size)

@@ -8,7 +8,6 @@ import pytest
 from dpd import files
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
-from dpd.scene.yaml import merge
 from dpd.start import start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start
@@ -24,38 +23,38 @@ FLUID = {
     "start": {"relax": {"steps": 20, "dt": 0.01}},
 }
 
+MELT = {
+    "dimension": 2, "box": 10, "molecules": [{"architecture": "A 10", "density": 2}],
+    "bond": {"stiffness": 100, "length": 0.5}, "observe": [{"thermo": {"every": 100}}],
+    "start": {"method": "polymerize", "polymerize": {"interval": 1e6}},
+}  # fmt: skip
+
 
 @pytest.mark.parametrize(
     "change, shared",
     [
         ({}, False),
-        ({"start": {"relax": {"steps": 21}}}, True),
-        ({"steps": {"sample": 179}}, True),
-        ({"start": {"method": "slabs"}}, False),
+        ({"start": {"relax": {"steps": 21, "dt": 0.01}}}, True),
+        ({"steps": {"equilibrate": 20, "sample": 179}}, True),
+        (MELT | {"start": {}}, False),
+        (MELT | {"steps": {"sample": 10**8}}, True),
     ],
 )
 def test_a_short_relaxation_is_part_of_the_run(change, shared):
-    """Up to a tenth of the run's steps: longer ones have a job and a file of their own."""
-    assert start_is_shared(Scene(merge(FLUID, change))) is shared
-
-
-def test_grown_chains_have_a_file_however_long_the_run():
-    """Placed ones have none."""
-    chains = {"dimension": 2, "box": 20, "molecules": [{"architecture": "A 10", "count": 40}]}
-    bonds = {"bond": {"stiffness": 100, "length": 0.5}, "steps": {"sample": 10**8}}
-    chains["observe"] = [{"thermo": {"every": 100}}]
-    data = {key: value for key, value in FLUID.items() if key != "start"} | chains
-    placed = Scene(merge(data, bonds))
-    grown = Scene(merge(data, bonds | {"start": {"method": "polymerize"}}))
-    assert not start_is_shared(placed) and start_is_shared(grown)
+    """Up to a tenth of the run's steps: longer ones, and chains that grow, have their own job."""
+    assert start_is_shared(Scene(FLUID | change)) is shared
 
 
 class Enough(Exception):
     """What ends a start from outside."""
 
 
-def ended_after(looks, scene):
-    """What a start said at each look until it was ended."""
+@pytest.mark.parametrize(
+    ("change", "looks"),
+    [({"box": 30, "start": {"relax": {"steps": 10**6, "dt": 0.01}}}, 2), (MELT, 50)],
+)
+def test_starts_can_be_ended_every_second_or_two(change, looks):
+    """However long they are: a relaxation every few steps, growth within its rounds."""
     seen = []
 
     def look(done):
@@ -64,23 +63,7 @@ def ended_after(looks, scene):
             raise Enough
 
     with pytest.raises(Enough):
-        make_start(scene, look)
-    return seen
-
-
-def test_starts_can_be_ended_every_second_or_two():
-    """A relaxation every few steps, fewer in a large system; growth between its rounds.
-
-    However long these are: here 5e8 steps each.
-    """
-    scene = Scene(merge(FLUID, {"box": 30, "start": {"relax": {"steps": 10**6}}}))
-    assert ended_after(2, scene) == [246, 492]
-    melt = {
-        "dimension": 2, "box": 10, "molecules": [{"architecture": "A 10", "count": 10}],
-        "bond": {"stiffness": 100, "length": 0.5},
-        "start": {"method": "polymerize", "polymerize": {"interval": 1e6}},
-    }  # fmt: skip
-    assert len(ended_after(50, Scene(FLUID | melt))) == 50
+        make_start(Scene(FLUID | change), look)
 
 
 def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
@@ -92,7 +75,5 @@ def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
     whole = time.perf_counter() - begun
     simulate(scene, tmp_path / "read.nc", read_start(scene, tmp_path / "start.nc"))
     (own, told), (read, _) = (files.read(tmp_path / name) for name in ("own.nc", "read.nc"))
-    assert read.keys() == own.keys()
-    for name, values in own.items():
-        assert np.array_equal(values, read[name]), name
+    np.testing.assert_equal(read, own)
     assert 100 < told["seconds"] < whole

@@ -1,12 +1,14 @@
 """Branched molecules: how they are written, measured, begun and kept in files."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dpd.engine.simulation import Snapshot
-from dpd.engine.space import TURN, tilted, unfolded, wrapped
+from dpd.engine.space import TURN, nearest, tilted, unfolded, wrapped
 from dpd.engine.state import State
 from dpd.observe.chains import ends_square, sizes
 from dpd.observe.common.measured import observables
@@ -26,71 +28,51 @@ def molecule(architecture, count=1):
     return Molecule(*tree_of(architecture), count)
 
 
-@pytest.mark.parametrize(
-    ("architecture", "beads", "parents"),
-    [
-        ("A", "A", [-1]),
-        ("A 3 (B 2) (C 4 (D)) A 3", "AAABBCCCCDAAA", [-1, 0, 1, 2, 3, 2, 5, 6, 7, 8, 2, 10, 11]),
-        ("(A 2 B 1) 4", "AABAABAABAAB", range(-1, 11)),
-        ("A ((B 2) 2 C (D)) A", "ABBBBCDA", [-1, 0, 1, 2, 3, 4, 5, 0]),
-        ("A(B)(C)2 D", "ABCCD", [-1, 0, 0, 2, 3]),
-        ("(W1 c3(Na+)C-3_b 2)1", ("W1", "c3", "Na+", "C-3_b", "C-3_b"), [-1, 0, 1, 1, 3]),
-    ],
+RUNS = st.builds("{} {}".format, st.sampled_from("ABC"), st.integers(1, 4))
+WRITTEN = st.recursive(
+    RUNS,
+    lambda inner: st.one_of(
+        st.lists(inner, min_size=1, max_size=3).map(" ".join),
+        st.builds("({}) {}".format, inner, st.integers(1, 3)),
+        st.builds("{} ({})".format, RUNS, inner),
+    ),
+    max_leaves=6,
 )
-def test_architectures(architecture, beads, parents):
-    """A bracket without a number hangs on the bead before it; one with a number is repeated."""
-    assert tree_of(architecture) == (tuple(beads), tuple(parents))  # digits alone are repeats
 
 
-# Text of some parts, species of the beads, bonds, and the last bead along the chain.
-RUNS = st.tuples(st.sampled_from("ABC"), st.integers(1, 4))
-
-
-@st.composite
-def written(draw, depth=3):
-    """An architecture with beads and bonds that are drawn together with it."""
-    text, beads, bonds, last = [], [], set(), None
-
-    def append(other, repeats=1):
-        nonlocal last
-        inside, inner, along = other
-        for _ in range(repeats):
-            first = len(beads)
-            beads.extend(inside)
-            bonds.update((one + first, two + first) for one, two in inner)
-            if last is not None:
-                bonds.add((last, first))
-            last = along + first
-
-    for number in range(draw(st.integers(1, 3))):
-        kind = draw(st.sampled_from(["run", "group", "branch"])) if depth else "run"
-        if kind == "run" or (kind == "branch" and number == 0):
-            species, times = draw(RUNS)
-            text.append(f"{species} {times}" if times > 1 else species)
-            append((species, set(), 0), times)
-            continue
-        inner_text, *inner = draw(written(depth - 1))
-        if kind == "group":
-            times = draw(st.integers(1, 3))
-            text.append(f"({inner_text}) {times}")
-            append(inner, times)
+def by_hand(text):
+    """Beads and parents: groups are written out, and then bead after bead is hung on the last."""
+    while found := re.search(r"\(([^()]*)\)( \d+)?", text):
+        inside, times = found.groups()
+        inside = " ".join([inside] * int(times)) if times else f"[{inside}]"
+        text = text[: found.start()] + inside + text[found.end() :]
+    beads, parents, last, branches = [], [], -1, []
+    for word in re.findall(r"\[|\]|\w+(?: \d+)?", text):
+        if word == "[":
+            branches.append(last)
+        elif word == "]":
+            last = branches.pop()
         else:
-            text.append(f"({inner_text})")
-            here = last
-            append(inner)
-            last = here
-    return " ".join(text), "".join(beads), bonds, last
+            for _ in range(int(word[2:] or 1)):
+                parents.append(last)
+                last = len(beads)
+                beads.append(word[0])
+    return tuple(beads), tuple(parents)
 
 
-@given(written())
+@given(WRITTEN)
 @settings(max_examples=100, deadline=None)
-def test_architectures_are_trees(drawn):
-    """Beads and bonds are those drawn with the text; each bead hangs on one before it."""
-    text, beads, bonds, _ = drawn
-    found = molecule(text)
-    assert "".join(found.beads) == beads
-    assert set(map(tuple, found.bonds.tolist())) == bonds
-    assert all(parent < bead for bead, parent in enumerate(found.parents))
+def test_architectures_are_trees(text):
+    """A bracket without a number hangs on the bead before it; one with a number is repeated."""
+    assert tree_of(text) == by_hand(text)
+
+
+def test_names_and_blanks():
+    """A species may hold digits; blanks stand between words alone."""
+    beads = ("W1", "c3", "Na+", "C-3_b", "C-3_b")
+    assert tree_of(" (W1 c3(Na+)C-3_b 2)1") == (beads, (-1, 0, 1, 1, 3))
+    comb = [-1, 0, 1, 2, 3, 2, 5, 6, 7, 8, 2, 10, 11]
+    assert tree_of(COMB) == (tuple("AAABBCCCCDAAA"), tuple(comb))
 
 
 @pytest.mark.parametrize(
@@ -115,11 +97,11 @@ def test_what_is_no_molecule(architecture, named):
 COMB = "A 3 (B 2) (C 4 (D)) A 3"
 
 
-@given(written())
+@given(WRITTEN)
 @settings(max_examples=50, deadline=None)
-def test_the_middle_is_as_far_from_both_ends(drawn):
+def test_the_middle_is_as_far_from_both_ends(text):
     """By brute force over all pairs of beads."""
-    found = molecule(drawn[0])
+    found = molecule(text)
     n = len(found.beads)
     apart = np.full((n, n), n)
     np.fill_diagonal(apart, 0)
@@ -158,8 +140,8 @@ def only(architecture):
     }  # fmt: skip
 
 
-def test_tables_give_each_bond_its_law():
-    """Whichever way round the pair is written; defaults go into each law."""
+def test_tables_give_each_bond_and_angle_its_law():
+    """Whichever way round they are written; one angle for all is at each pair of bonds."""
     scene = Scene(SCENE | {"bond": PAIRS, "angle": {"A B A": {"stiffness": 3, "angle": 120}}})
     assert scene.data["bond"]["B A"] == {"stiffness": 60, "length": 0}
     system = system_of(scene)
@@ -170,14 +152,8 @@ def test_tables_give_each_bond_its_law():
         assert system.bond.length[number] == law.get("length", 0)
     assert ["".join(triple) for triple in names[system.angle_members]] == ["ABA"] * 3
     assert system.angle.angle[0] == pytest.approx(np.deg2rad(120))
-    assert {"bond", "angle"} <= scene.terms.keys()
-
-
-def test_one_angle_for_all():
-    """Every pair of bonds that share a bead, in branched molecules too."""
     scene = Scene(SCENE | {"angle": {"stiffness": 3}})
     assert len(scene.angled) == 4 * 14 + 3 + 2
-    assert scene.data["angle"]["angle"] == 180
     assert system_of(scene).angle == (3.0, np.pi, None)
     assert system_of(Scene(SCENE)).angle is None
 
@@ -188,11 +164,8 @@ def test_one_angle_for_all():
         ({"bond": {k: v for k, v in PAIRS.items() if k != "D C"}}, ["bond", "'C D'", "no value"]),
         ({"bond": PAIRS | {"A B": {"stiffness": 1}}}, ["bond.A B", "other order"]),
         ({"bond": PAIRS | {"A D": {"stiffness": 1}}}, ["bond.A D", "bonded", "'A A'"]),
-        ({"bond": {"stifness": 3}}, ["bond", "stifness", "stiffness, length"]),
-        ({"bond": PAIRS | {"A A": {"stiffness": 1e-9}}}, ["bond.A A", "box of 5 x 6 x 7"]),
         ({"angle": {"D A D": {"stiffness": 3}}}, ["angle.D A D", "bonded", "'A A A'"]),
         ({"angle": {"stiffness": 3}} | only("A 2"), ["angle", "three beads"]),
-        ({"angle": {"stiffness": 3}, "integrator": {"scheme": "auto"}}, ["auto", "angles"]),
         ({"observe": ["end_to_end"]} | only("A (A) (A) A"), ["observe", "'end_to_end'", "linear"]),
         ({"dimension": 2, "box": 9, "start": {"method": "polymerize"}},
          ["start.method", "polymerize", COMB, "branches"]),
@@ -209,19 +182,14 @@ def test_what_does_not_fit_together(change, named):
 def test_first_places_are_flights_along_bonds(method):
     """Each bond has the length of its law, or that of a flight where it has none."""
     scene = Scene(SCENE | {"bond": PAIRS, "start": {"method": method}, "box": [5.0, 6.0, 30.0]})
-    start = make_start(scene)
-    box = np.array(scene.box)[:, None]
-    one, other = scene.bonded.T
-    apart = start.position[:, other] - start.position[:, one]
-    apart -= box * np.round(apart / box)
-    names = np.array(scene.species)[scene.kinds]
+    start, (one, other) = make_start(scene), scene.bonded.T
+    apart = nearest(start.position[:, other] - start.position[:, one], scene.box)
+    length, names = np.linalg.norm(apart, axis=0), np.array(scene.species)[scene.kinds]
     wanted = [
         (PAIRS.get(f"{a} {b}") or PAIRS[f"{b} {a}"]).get("length", 0) or 0.8
         for a, b in zip(names[one], names[other])
     ]
-    length = np.sqrt((apart**2).sum(axis=0))
-    within = length < np.array(wanted) + 1e-12  # a face of a slab folds some back
-    assert within.all()
+    assert (length < np.array(wanted) + 1e-12).all()  # a face of a slab folds some back
     assert np.isclose(length, wanted).mean() > (0.7 if method == "slabs" else 1 - 1e-9)
     assert start_description(scene)["flight"]["D C"] == 0.9
 
@@ -267,16 +235,14 @@ def test_distributions_have_the_area_one():
     observe = [
         {"end_points": {"every": 1, "range": 3, "bin": 0.07}},
         {"bond_lengths": {"every": 1, "range": 2, "bin": 0.03}}, {"chains": {"every": 1}},
-        {"end_to_end": {"every": 1}}, {"displacement": {"every": 1}},
     ]  # fmt: skip
     scene = Scene(SCENE | {"bond": PAIRS, "observe": observe})
     system = system_of(scene)
     still, found = Snapshot(system, make_start(scene)), {}
-    for observer in observables(scene, system)[:5]:
+    for observer in observables(scene, system)[:3]:
         for _ in range(scene.steps.sample):
             observer.sample(still)
         found |= {name: variable[1] for name, variable in observer.variables().items()}
-        assert all(np.isfinite(array).all() for array in observer.arrays.values())  # checkpoints
     width = 3 / 43
     area = found["end_density"].sum(axis=2) * width + found["end_beyond"]
     np.testing.assert_allclose(area[:, :3], 1, rtol=1e-12)
@@ -288,24 +254,15 @@ def test_distributions_have_the_area_one():
     np.testing.assert_allclose(found["pair_bond_mean"][0], [0.5, 0.8, 0.7, 0.3, 0.8, 0.8, 0.9])
 
 
-@pytest.fixture
-def trees():
-    """A scene with angles, and a start of it."""
-    scene = Scene(SCENE | {"bond": PAIRS, "angle": {"A A A": {"stiffness": 3}}})
-    return scene, last_configuration(scene, make_start(scene))
-
-
 @pytest.mark.parametrize("suffix", ["nc", "gsd", "data"])
-def test_angles_stay_in_files(trees, tmp_path, suffix):
-    """Bonds and angles of trees go through each format; a second way gives the same."""
-    _, particles = trees
+def test_trees_stay_in_files(tmp_path, suffix):
+    """Their bonds and angles."""
+    scene = Scene(SCENE | {"bond": PAIRS, "angle": {"A A A": {"stiffness": 3}}})
+    particles, path = last_configuration(scene, make_start(scene)), tmp_path / f"one.{suffix}"
     assert len(particles.angles) == 16
-    path, again = tmp_path / f"one.{suffix}", tmp_path / f"two.{suffix}"
     write(particles, path)
     found = read(path)
-    write(found, again)
-    for one in (found, read(again)):
-        np.testing.assert_array_equal(one.bonds, particles.bonds)
-        np.testing.assert_array_equal(one.angles, particles.angles)
-        np.testing.assert_allclose(one.position, particles.position, atol=1e-14)
-        assert one.left_out == ()
+    np.testing.assert_array_equal(found.bonds, particles.bonds)
+    np.testing.assert_array_equal(found.angles, particles.angles)
+    np.testing.assert_allclose(found.position, particles.position, atol=1e-14)
+    assert found.left_out == ()

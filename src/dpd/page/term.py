@@ -48,8 +48,6 @@ class Start(Page):
     # takes any, forces act in it, and a job of its own makes it for all runs that share it.
     work: ClassVar[int] = 0
     joins: ClassVar[int] = 3  # beads that laws along bonds join at most which act in it
-    # what it says of how it came about, by name: dimensions, units, long_name
-    records: ClassVar[Mapping[str, tuple[tuple[str, ...], str, str]]] = {}
 
     method: str = setting("How beads are placed.", "random")
     kT: float | None = setting(
@@ -98,7 +96,7 @@ class Start(Page):
         return None
 
     def make(self, scene: Any, progress: Any, say: Any) -> Any:
-        """A `dpd.engine.state.State` and its records, of one that does more than to place beads.
+        """A `dpd.engine.state.State`, of one that does more than to place beads.
 
         ``progress``, or None, is called with the number of beads that are in their molecules, then
         of steps more; ``say`` with a sentence for what a person should know.

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -79,8 +80,7 @@ class Molecule:
         found = [
             (i, j, k)
             for j, around in enumerate(self.neighbours)
-            for place, i in enumerate(around)
-            for k in around[place + 1 :]
+            for i, k in combinations(around, 2)
         ]
         return np.array(found, np.int64).reshape(-1, 3)
 
@@ -94,8 +94,23 @@ class Molecule:
 
     @cached_property
     def middle(self) -> tuple[int, int]:
-        """The two beads in the middle of the longest way through it; one is there twice."""
-        return middle_of(self.neighbours, 0)
+        """The two beads in the middle of the longest way through it; one is there twice.
+
+        All longest ways have the same.
+        """
+        way = [0]
+        for _ in range(2):  # the bead farthest from any, and the way from there to the farthest
+            before, order = {way[0]: -1}, way[:1]
+            for one in order:  # which grows
+                for other in self.neighbours[one]:
+                    if other not in before:
+                        before[other] = one
+                        order.append(other)
+            way = order[-1:]
+            while before[way[-1]] >= 0:
+                way.append(before[way[-1]])
+        inner = sorted((way[len(way) // 2], way[(len(way) - 1) // 2]))
+        return inner[0], inner[1]
 
     def summed(self, steps: np.ndarray) -> np.ndarray:
         """Places of beads, from the step to each from its parent: (..., beads) arrays."""
@@ -109,23 +124,6 @@ class Molecule:
             place = place + place[..., forebear]
             forebear = forebear[forebear]
         return place[..., :nobody]
-
-
-def middle_of(neighbours: Sequence[Sequence[int]], bead: int) -> tuple[int, int]:
-    """The middle of the longest way through the tree of a bead; all longest ways have the same."""
-    way = [bead]
-    for _ in range(2):  # the bead farthest from any, and the way from there to the farthest again
-        before, order = {way[0]: -1}, way[:1]
-        for one in order:  # which grows
-            for other in neighbours[one]:
-                if other not in before:
-                    before[other] = one
-                    order.append(other)
-        way = order[-1:]
-        while before[way[-1]] >= 0:
-            way.append(before[way[-1]])
-    inner = sorted((way[len(way) // 2], way[(len(way) - 1) // 2]))
-    return inner[0], inner[1]
 
 
 class Joined(NamedTuple):

@@ -80,8 +80,10 @@ class Settings:
                 if key not in data and page.has_required():
                     self._wrong.append(f"the file: the key {key!r} is missing ({page.summary()})")
                 else:
-                    self.terms[key] = self._section(page, data.get(key, {}), key)
-        self._read_start(data.get("start", {}))
+                    self.terms[key] = self._section(Term, key, data.get(key, {}), key)
+        start, method = data.get("start", {}), Start.model_fields["method"].default
+        method = start.get("method", method) if isinstance(start, dict) else method
+        self.start = self._section(Start, method, start, "start", "start.method")
         for item in basics.observe if basics else ():
             self._read_observable(item)
         if not self._wrong:
@@ -93,21 +95,15 @@ class Settings:
         self.data |= {key: term.plain() for key, term in self.terms.items()}
         self.data["pages"] = [{"path": p, "sha256": d} for p, d in self.page_files.items()]
 
-    def _section(self, page, given, key):
-        found, problems = attempt(page, given, key)
+    def _section(self, kind, name, given, key, where=""):
+        """The settings of a page by their key, if there is such a page, and they are right."""
+        found, problems, known = None, [], self._keys(kind)
+        if name in known:
+            found, problems = attempt(self._page(kind, name), given, key)
+        else:
+            self._wrong.append(f"{where}: {shown(name)} is not known; {suggestion(name, known)}")
         self._wrong += problems
         return found
-
-    def _read_start(self, given):
-        """The first configuration, by its method."""
-        known, method = self._keys(Start), Start.model_fields["method"].default
-        if isinstance(given, dict) and isinstance(given.get("method"), str):
-            method = given["method"]
-        if method not in known:
-            text = f"{shown(method)} is not known; {suggestion(method, known)}"
-            self._wrong.append(f"start.method: {text}")
-            return
-        self.start = self._section(self._page(Start, method), given, "start")
 
     def _read_start_forces(self):
         """Terms that act otherwise while the start is made."""
@@ -121,7 +117,7 @@ class Settings:
             page, whole = self._page(Term, key), given
             if key in self.terms and isinstance(given, dict):
                 whole = self.terms[key].changed(given)
-            found = self.start_changes[key] = self._section(page, whole, f"start.forces.{key}")
+            found = self.start_changes[key] = self._section(Term, key, whole, f"start.forces.{key}")
             if found is not None and not page.bare:  # numbers as its settings have them
                 forces.model_extra[key] = {each: found.plain()[each] for each in given}
 
@@ -131,21 +127,15 @@ class Settings:
 
     def _read_observable(self, item):
         """An observable by name, or by name with settings."""
-        name, settings = item, {}
-        if isinstance(item, dict):
-            name, settings = next(iter(item.items()), ("", {}))
-        known = self._keys(Observable)
         if isinstance(item, dict) and len(item) != 1:
-            text = f"{shown(item)} should be one name with its settings, as a list item: "
-            self._wrong.append(f"observe: {text}- rdf: {{range: 3}}")
-        elif name not in known:
-            text = f"{shown(name)} is not known; {suggestion(name, known)}"
+            text = f"{shown(item)} should be one name with its settings, as - rdf: {{range: 3}}"
             self._wrong.append(f"observe: {text}")
-        elif name in self.observe:
+            return
+        name, settings = next(iter(item.items())) if isinstance(item, dict) else (item, {})
+        if name in self.observe:
             self._wrong.append(f"observe: {name!r} is there more than once; keep one")
-        else:
-            page = self._page(Observable, name)
-            self.observe[name] = self._section(page, settings, f"observe.{name}")
+        page = self._section(Observable, name, settings, f"observe.{name}", "observe")
+        self.observe[name] = page
 
     # --- its beads, in the order of its molecules
 

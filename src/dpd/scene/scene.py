@@ -42,24 +42,11 @@ class Stage(NamedTuple):
 
 
 class Scene(Settings):
-    """One system and how long it is simulated.
+    """One system and how long it is simulated, as `dpd.scene.sections.Basics` and its pages say.
 
-    Parameters
-    ----------
-    data : dict
-        As `dpd.scene.sections.Basics` and the pages that it names have it.
-    where : str
-        File to name in messages.
-    folder : path
-        From which the path of a file to start from counts; the working folder if not given.
-    pages : list
-        Of one's own, beside those that it names: files, or classes and functions of a file or of a
-        notebook's cell.
-
-    Raises
-    ------
-    UserError
-        If anything in it is not allowed, or does not fit together: a line for each mistake.
+    ``where`` is the file to name in messages, ``folder`` that from which relative paths count.
+    ``pages`` of one's own, beside those that it names, are files, or classes and functions of a
+    file or of a notebook's cell. A `UserError` has a line for each mistake.
     """
 
     def __init__(
@@ -132,10 +119,7 @@ class Scene(Settings):
     def read(
         cls, path: str | Path, pages: Iterable[Any] = (), settings: Iterable[str] = ()
     ) -> Scene:
-        """Read a scene from a YAML file; with more files of pages, and with other values.
-
-        These are as the option ``--set`` has them, ``KEY=VALUE``, with keys joined by dots.
-        """
+        """Read a scene from a YAML file, with settings as ``--set KEY=VALUE`` has them."""
         data, where = read_yaml(path), str(path)
         for setting in settings:
             key, sign, text = setting.partition("=")
@@ -201,11 +185,7 @@ class Scene(Settings):
 
     @cached_property
     def digest(self) -> str:
-        """Digest of all that decides the run, defaults of observables too.
-
-        Of a file to start from its content counts, not where it lies; pages of one's own count as
-        sources.
-        """
+        """Digest of all that decides the run: of files the content, of pages only settings."""
         observe = {key: page.plain() for key, page in self.observe.items()}
         without = {key: value for key, value in self.data.items() if key != "pages"}
         terms = {key: term.content() for key, term in self.terms.items()}
@@ -303,11 +283,7 @@ class Scene(Settings):
 
     @cached_property
     def origin(self) -> tuple[float, ...]:
-        """Where the box begins in the periodic one of the engine, along each axis.
-
-        Along an axis that ends this has a gap on either side, so wide that beads behind opposite
-        ends do not feel each other.
-        """
+        """Where the box begins in the periodic one of the engine, which has a gap at ends."""
         return tuple(
             max(term.gap(self, axis) for term in self.terms.values())
             for axis in range(self.dimension)
@@ -369,11 +345,7 @@ class Scene(Settings):
 
 
 def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> None:
-    """Go on with other values, by keys that are joined by dots, behind a step.
-
-    Each stage is a scene of its own. Refused is a value that is not allowed, or cannot change while
-    a system runs, or a step that has passed.
-    """
+    """Go on with other values, by keys that are joined by dots, behind a step; or refuse them."""
 
     def refuse(text):
         raise UserError(f"{where}: {text}")

@@ -166,18 +166,13 @@ class Basics(Section):
                 f"one twice; allowed: >= {2 * CUTOFF:g}",
             )
         total = 0.0
-        for place, kind in enumerate(self.molecules):
+        for kind in self.molecules:  # before these are written out bead by bead
             length = len(tree_of(kind.architecture)[0])
-            given = (kind.density or 0) * math.prod(edges) + (kind.count or 0) * length
-            total += max(length, given)
-            if total > MOST_BEADS:  # before molecules are written out bead by bead
-                key = "count" if kind.density is None else "density"
-                yield (
-                    f"molecules.{place}.{key}",
-                    f"{getattr(kind, key):g} makes {total:.3g} beads in all; allowed: <= "
-                    f"{MOST_BEADS}",
-                )
-                return
+            total += max(
+                length, (kind.density or 0) * math.prod(edges) + (kind.count or 0) * length
+            )
+        if total > MOST_BEADS:
+            yield "molecules", f"{total:.3g} beads in all are too many; allowed: <= {MOST_BEADS}"
 
 
 # --- what is refused: names that there are not, sizes, pages that do not go together

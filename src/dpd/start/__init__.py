@@ -15,10 +15,7 @@ SMALL = 0.1  # of a run's steps: a start that takes no more is made by the run i
 
 
 def start_description(scene: Scene) -> dict[str, Any]:
-    """The part of a scene that decides its first configuration, as plain data.
-
-    Runs whose descriptions agree share one start.
-    """
+    """What decides the first configuration of a scene; where this agrees, runs share it."""
     data, start = scene.data, scene.start
     decides = {
         "dimension": data["dimension"],
@@ -63,7 +60,5 @@ def start_is_shared(scene: Scene) -> bool:
     """Whether a job of its own makes the first configuration, for all runs that begin with it.
 
     So it is where it takes `work`, as where chains grow, or more than a tenth of the run's steps.
-    Less is not worth a job: the run makes its own. This looks at the one scene alone: that other
-    runs come and go leaves what was run as it is.
     """
     return bool(scene.start.work) or scene.relaxing > SMALL * sum(scene.steps)

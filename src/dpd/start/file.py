@@ -37,10 +37,7 @@ class FromFile(Start, key="file"):
     )  # fmt: skip
 
     def found(self, folder: str | Path, where: str) -> Self:
-        """With the whole path and the digest of the file.
-
-        A digest that is given stays: the file is then not looked at before it is needed.
-        """
+        """With the whole path and the digest; a file of a given digest is not yet looked at."""
         path = os.path.abspath(os.path.join(folder, self.path))
         digest = self.sha256 or file_digest(path, where)
         return self.model_copy(update={"path": path, "sha256": digest})
@@ -71,7 +68,7 @@ class FromFile(Start, key="file"):
         from dpd.start.common.files import state_from_file
         from dpd.start.common.make import relaxed
 
-        return relaxed(scene, state_from_file(scene, say), progress), {}
+        return relaxed(scene, state_from_file(scene, say), progress)
 
     def stand_in(self) -> dict[str, Any]:
         """Beads anywhere."""

@@ -8,14 +8,6 @@ from dpd.page import Refusals, Section, Start, setting
 
 CHAINS = 32  # of each kind in a melt that is grown to compile growth
 BOX = 8  # r_c, of that melt
-RECORD = {
-    "growth_time": ("tau", "time since the first initiator"),
-    "conversion": ("1", "beads in chains over beads wanted"),
-    "tried": ("1", "bonds tried so far"),
-    "refused_crossing": ("1", "bonds refused because they would cross, so far"),
-    "refused_distance": ("1", "bonds refused for the reaction radius, so far"),
-    "undone": ("1", "bonds undone because they were crossed while they shrank, so far"),
-}
 
 
 class Growth(Section):
@@ -51,9 +43,6 @@ class Polymerize(Start, key="polymerize"):
 
     work = 10_000  # more than any melt has taken so far
     joins = 2
-    records = {name: (("round",), *about) for name, about in RECORD.items()} | {
-        "relax_crossings": (("look",), "1", "pairs of crossing bonds while the melt relaxed")
-    }
 
     polymerize: Growth = setting("How chains grow.", Growth)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import time
 from collections import defaultdict
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +15,6 @@ import numpy as np
 from dpd import files
 from dpd.engine.state import State
 from dpd.errors import UserError, shown
-from dpd.page import Term, names
 from dpd.particles.formats import read
 from dpd.particles.particles import (
     SLID,
@@ -31,7 +29,6 @@ from dpd.stages import start_sources
 from dpd.start import start_description, start_digest
 from dpd.start.common.make import (
     make_start,
-    make_start_and_record,
     species_of,
     system_of,
     thermal_velocities,
@@ -57,7 +54,7 @@ def write_start(
 ) -> None:
     """Make the first configuration of a scene, see `make_start`, and write it."""
     begun = time.perf_counter()
-    state, record = make_start_and_record(scene, progress, say)
+    state = make_start(scene, progress, say)
     variables: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] = {
         "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
         "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
@@ -67,9 +64,6 @@ def write_start(
         variables["species"] = (("bead",), state.species, "1", "number of the species")
     if state.box is not None:
         variables["box_edges"] = (("axis",), np.array(state.box), "r_c", "edges of the box")
-    for name, (dimensions, units, text) in scene.start.records.items():
-        if name in record:
-            variables[name] = (dimensions, record[name], units, text)
     attributes: dict[str, Any] = {
         "scene": json.dumps(scene.data),  # of one of the runs that share the start
         "start": json.dumps(start_description(scene)),
@@ -85,33 +79,22 @@ def write_start(
 def read_start(scene: Scene, path: str | Path) -> State:
     """Read a first configuration; refused if of another scene or other sources, or damaged."""
     variables, attributes = files.read(path)
-    if "start_digest" not in attributes:
-        what = "the result of a run" if "scene_digest" in attributes else "some other NetCDF file"
+    if (found := attributes.get("start_digest")) != start_digest(scene):
         raise UserError(
-            f"{path}: this is {what}, not a first configuration. --start wants a file that an "
-            "earlier --start or `python -m dpd start` wrote, or a name that is not there yet: the "
-            "first configuration is then made and kept in it"
-        )
-    if attributes["start_digest"] != start_digest(scene):
-        raise UserError(
-            f"{path}: the first configuration of another scene than {scene.where} (start_digest "
-            f"{attributes['start_digest']}, now {start_digest(scene)}); {REMEDY}"
+            f"{path}: not the first configuration of {scene.where} (start_digest {found}, now "
+            f"{start_digest(scene)}); {REMEDY}"
         )
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
-    shape = (scene.dimension, scene.beads)
-    wanted: dict[str, tuple[int, ...]] = dict.fromkeys(("position", "velocity", "image"), shape)
-    if len(scene.species) > 1:
-        wanted["species"] = shape[1:]
-    for name, expected in wanted.items():
-        if name not in variables or variables[name].shape != expected:
-            raise UserError(f"{path}: has no {name} of shape {expected} that it needs; {REMEDY}")
-    return State(
-        variables["position"], variables["velocity"], None,
-        np.arange(scene.beads, dtype=np.uint32), variables.get("species"), 0,
-        slid=int(attributes[SLID]) if SLID in attributes else None,
-        box=tuple(map(float, variables["box_edges"])) if "box_edges" in variables else None,
-        image=variables["image"],
-    )  # fmt: skip
+    try:
+        return State(
+            variables["position"], variables["velocity"], None,
+            np.arange(scene.beads, dtype=np.uint32), variables.get("species"), 0,
+            slid=int(attributes[SLID]) if SLID in attributes else None,
+            box=tuple(map(float, variables["box_edges"])) if "box_edges" in variables else None,
+            image=variables["image"],
+        )  # fmt: skip
+    except KeyError as missing:
+        raise UserError(f"{path}: has no {missing}; {REMEDY}") from None
 
 
 def begin(
@@ -120,11 +103,9 @@ def begin(
     progress: Callable[[int], object] | None,
     say: Callable[[str], object],
 ) -> tuple[Scene, State]:
-    """Begin a run of one's own, with its first configuration in a file.
+    """Begin a run of one's own with the first configuration in a file, which is made if not there.
 
-    If nothing is there, it is made and kept there. A start of this scene is taken as it is. Of any
-    other file the scene's part ``start`` is replaced by ``{method: file}``, so that what is in it
-    becomes part of the scene. What a person should know of the file is said.
+    A start of this scene is taken as it is; any other file becomes the ``start`` of the scene.
     """
     if not path.exists():
         if path.suffix.lower() != NETCDF:
@@ -144,14 +125,7 @@ def begins_with(scene: Scene, path: Path, say: Callable[[str], object]) -> Scene
         if attributes.get("start_sources") == start_sources(scene):
             return scene
         say(f"{path}: made by other sources than today's, which may make other bits of it")
-    former: dict[str, Any] = {}
-    with suppress(ValueError, TypeError):
-        former = dict(json.loads(attributes.get("scene", "{}")))
-    # What decides how beads move; a start from a run that had other values is said to be one.
-    motion = sorted({*names(Term), *scene.terms, "mass"})
-    if changed := [key for key in motion if former and former.get(key) != scene.data.get(key)]:
-        say(f"{path}: made with other values of {', '.join(changed)} than this scene has")
-    if "scene_digest" in attributes and former.get("seed") == scene.data["seed"]:
+    if "scene_digest" in attributes and int(attributes.get("seed", -1)) == scene.data["seed"]:
         say(
             f"{path}: its run had the seed {scene.data['seed']} as well, so the same noise comes "
             "again; another 'seed' makes the two independent"
@@ -172,9 +146,8 @@ def starting_from(scene: Scene, path: Path) -> Scene:
 def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     """Read the first configuration that a scene names, as a state with no force yet and step 0.
 
-    Molecules are put in the order of the scene. Velocities are drawn at the temperature of the
-    start where the file has none. All such things are said. A `UserError` refuses a file that
-    cannot be read, is another than when the scene was read, or holds another system.
+    Molecules are put in the order of the scene, and velocities drawn where the file has none, which
+    is said. A `UserError` refuses a file that is another than before, or holds another system.
     """
     path = scene.start.path
     scene.start.refuse_other_file(scene.where)
@@ -183,7 +156,7 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     if particles.dimension == scene.dimension:
         particles = _between_walls(scene, particles, path)
     order = order_of(scene, particles, path)
-    if scene.barostat_axes and not _same_box(scene.box, particles.box):
+    if scene.barostat_axes and not np.allclose(scene.box, particles.box, SAME, 0):
         edges = _edges(particles.box, " x ")
         said.append(f"its box of {edges} is that of the start, instead of the scene's")
     if (order != np.arange(len(order))).any():
@@ -217,16 +190,11 @@ def _slid(scene, box, path):
     if abs(getattr(box, "tilt", 0.0)) < UPRIGHT:
         return None
     axes, shear = (box.slide.flow, box.slide.gradient), shear_of(scene)
-    if shear is None or (shear.flow, shear.gradient) != axes:
+    if shear is None or (shear.flow, shear.gradient) != axes or scene.start.relax:
         raise UserError(
             f"{path}: its box is tilted by shear with the flow along {'xyz'[axes[0]]} and the "
-            f"gradient along {'xyz'[axes[1]]}, and {scene.where} has no such shear; give it one, "
-            "or take a file whose box has right angles"
-        )
-    if scene.start.relax:
-        raise UserError(
-            f"{scene.where}: start.relax: the box of {path} is tilted by shear, and relaxation is "
-            "at rest; remove the key, or take a file whose box has right angles"
+            f"gradient along {'xyz'[axes[1]]}, and {scene.where} has no such shear, or relaxes its "
+            "start at rest by start.relax; take that shear, or a file whose box has right angles"
         )
     return box.slid
 
@@ -303,16 +271,12 @@ def _check_box(scene, particles, path):
         there if scene.barostat_axes in ("all", name) else own
         for own, there, name in zip(scene.period, particles.box, "xyz")
     )
-    if not _same_box(wanted, particles.box):
+    if not np.allclose(wanted, particles.box, SAME, 0):
         raise UserError(
             f"{path}: its box is [{_edges(particles.box)}], and that of {scene.where} "
             f"[{_edges(scene.period)}]; they have to agree: write 'box: [{_edges(particles.box)}]' "
             "in the scene, or take another file"
         )
-
-
-def _same_box(one, other):
-    return np.allclose(one, other, rtol=SAME, atol=0)
 
 
 def _edges(box, between=", "):

@@ -71,10 +71,7 @@ def _records(scene, terms):
 
 
 def _flow_layers(scene, extent):
-    """The axes across which a driven flow changes, each with the thickness of layers.
-
-    In cells between these layers the profile of the flow is fitted to the velocities of beads.
-    """
+    """Axes and thickness of layers in whose cells a driven flow is fitted to the velocities."""
     if Change.FLOWS not in scene.made:
         return ()
     axes = scene.across
@@ -111,23 +108,13 @@ def make_start(
 
     It is in the order of identities, with no force yet, at step 0, and every molecule whole.
     ``progress`` is called with the work done so far, out of `dpd.start.start_work`, and ``say``
-    with a sentence for what a file had otherwise than the scene wants it. A `UserError` says why
-    chains cannot be grown, or a file cannot be begun with, or what a page of one's own did wrong.
+    with a sentence for what a file had otherwise than the scene wants it.
     """
-    return make_start_and_record(scene, progress, say)[0]
-
-
-def make_start_and_record(
-    scene: Scene,
-    progress: Callable[[int], object] | None = None,
-    say: Callable[[str], object] | None = None,
-) -> tuple[State, dict[str, np.ndarray]]:
-    """As `make_start`, with the ``records`` of its page: how it came about."""
-    made = scene.start.make(scene, progress, say or (lambda sentence: None))
-    state, record = made or (relaxed(scene, _placed(scene), progress), {})
+    state = scene.start.make(scene, progress, say or (lambda sentence: None))
+    state = state or relaxed(scene, _placed(scene), progress)
     box = state.box or box_at(scene, 0, state.slid)
     state.image = whole_images(scene.molecules, state.position, state.image, box)
-    return state, record
+    return state
 
 
 def _placed(scene):
@@ -221,17 +208,15 @@ def thermal_velocities(
 def random_start(scene: Scene, **changes: Any) -> Scene:
     """A scene whose molecules are placed where they would grow or be read from a file."""
     start = scene.start.stand_in() | changes
-    return scene if start == scene.data["start"] else _with(scene, start=start)
+    if start == scene.data["start"]:
+        return scene
+    return Scene(scene.data | {"start": start}, scene.where)
 
 
 def compile_start(scene: Scene) -> State:
     """Compile what a scene's start needs; return one that is placed and hardly relaxed."""
     if tiny := scene.start.tiny(scene):
-        make_start(_with(scene, **tiny))
+        make_start(Scene(scene.data | tiny, scene.where))
     relax = scene.start.relax
     short = {"relax": {"steps": 1, "dt": relax.dt}} if relax and not scene.start.work else {}
     return make_start(random_start(scene, **short))
-
-
-def _with(scene, **changes):
-    return Scene(scene.data | changes, scene.where)

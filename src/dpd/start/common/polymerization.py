@@ -39,7 +39,6 @@ STALL = 40.0  # tau without a new most of bonded beads after which growth has fa
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 LOOK = 0.2  # tau between looks for crossings while the melt relaxes
 FREE = -1  # of a monomer that belongs to no chain
-TRIED, CROSSED, FAR, MADE = range(4)  # what `grow` counts
 
 
 # --- one round of growth
@@ -135,12 +134,11 @@ def grow(position, edges, shape, rule, chains, active, rng):
     """Let the ends of active chains try to take up one monomer each, in this order.
 
     Positions, (2, n), are in the order of identities, inside the box. Its cells, ``shape``, have
-    edges of at least the radius, and of half the sum of it and the longest bond. Returned are the
-    counts of bonds `TRIED`, refused as `CROSSED` or `FAR`, and `MADE`, (4,) int64.
+    edges of at least the radius, and of half the sum of it and the longest bond. Returned is the
+    number of bonds made.
     """
     n = position.shape[1]
     chain, beads, length = chains
-    counts = np.zeros(4, np.int64)
     head = np.full(shape, -1)
     following = np.empty(n, np.int64)
     for i in range(n):
@@ -154,6 +152,7 @@ def grow(position, edges, shape, rule, chains, active, rng):
         for k in range(length[c] - 1):
             insert_bond(made, beads[c, k], beads[c, k + 1], position, edges, bonds)
             made += 1
+    former = made
     near = np.empty(n, np.int64)
     order = np.empty(n)
     for c in active:
@@ -171,10 +170,7 @@ def grow(position, edges, shape, rule, chains, active, rng):
                     if chain[monomer] == FREE and wanted:
                         dx = nearest_image(position[0, monomer] - x, edges[0])
                         dy = nearest_image(position[1, monomer] - y, edges[1])
-                        counts[TRIED] += 1
-                        if dx * dx + dy * dy > rule.radius * rule.radius:
-                            counts[FAR] += 1
-                        else:
+                        if dx * dx + dy * dy <= rule.radius * rule.radius:
                             near[found] = monomer
                             order[found] = dx * dx + dy * dy if rule.nearest else rng.random()
                             found += 1
@@ -185,16 +181,14 @@ def grow(position, edges, shape, rule, chains, active, rng):
             found -= 1
             near[best], order[best] = near[found], order[found]
             if crosses_some(end, monomer, position, edges, bonds):
-                counts[CROSSED] += 1
                 continue
             insert_bond(made, end, monomer, position, edges, bonds)
             made += 1
             beads[c, length[c]] = monomer
             length[c] += 1
             chain[monomer] = c
-            counts[MADE] += 1
             break
-    return counts
+    return made - former
 
 
 # --- all rounds
@@ -203,10 +197,9 @@ def grow(position, edges, shape, rule, chains, active, rng):
 class Growth:
     """Chains that are growing, and the monomers that they grow from."""
 
-    def __init__(
-        self, scene: Scene, spare: float, initiators: float, rng: np.random.Generator
-    ) -> None:
-        self.scene = scene
+    def __init__(self, scene: Scene, settings: Any, rng: np.random.Generator) -> None:
+        self.scene, self.settings = scene, settings
+        spare, initiators = settings.spare, settings.initiators
         kinds, number = scene.molecules, {name: k for k, name in enumerate(scene.species)}
         grown = [k.count if len(k.beads) == 1 else round(k.count * initiators) for k in kinds]
         rows = [[number[name] for name in k.beads] for k in kinds]
@@ -258,22 +251,22 @@ class Growth:
         return simulation.state
 
     def grow(
-        self, position: np.ndarray, box: tuple[float, ...], radius: float, nearest_first: bool,
-        now: int, rng: np.random.Generator,
-    ) -> np.ndarray:  # fmt: skip
-        """Let each active end try once; return the counts of `grow`."""
+        self, position: np.ndarray, box: tuple[float, ...], now: int, rng: np.random.Generator
+    ) -> int:
+        """Let each active end try once; return the number of bonds made."""
         active = rng.permutation(np.flatnonzero(self.length < self.full))
         before, members = self.length.copy(), self.bonds()[0]
         apart = nearest(position[:, members[:, 0]] - position[:, members[:, 1]], box)
         longest = np.sqrt((apart**2).sum(axis=0).max(initial=0.0))
+        radius, nearest_first = self.settings.radius, self.settings.partner == "nearest"
         edge = max(radius, 0.5 * (radius + longest) * (1 + 1e-9), SMALLEST_CELL)
         shape = tuple(max(1, int(length / edge)) for length in box)
         rule = Rule(radius, nearest_first, self.species, self.wanted)
         chains = Chains(self.chain, self.beads, self.length)
-        counts = grow(position, edges_of(box), shape, rule, chains, active, rng)
+        made = grow(position, edges_of(box), shape, rule, chains, active, rng)
         taken = np.flatnonzero(self.length > before)
         self.born[taken, before[taken]] = now
-        return counts
+        return made
 
     def undo_crossed(self, position: np.ndarray, box: tuple[float, ...]) -> int:
         """Cut chains back until no two bonds cross; return the number of bonds undone."""
@@ -290,14 +283,6 @@ class Growth:
             self.chain[self.beads[c, length : self.length[c]]] = FREE
             undone += self.length[c] - length
             self.length[c] = length
-
-    def mixed(self, state: State, system: System, share: float, rng: np.random.Generator) -> State:
-        """The state with a share of the free monomers put to random places."""
-        free = self.chain[state.identity] == FREE
-        move = free & (rng.random(len(free)) < share)
-        position = state.position.copy()
-        position[:, move] = _random_places(system, int(move.sum()), rng)
-        return replace(state, position=position)
 
     @property
     def bonded(self) -> int:
@@ -318,42 +303,35 @@ def _random_places(system, count, rng):
     return rng.random((2, count)) * edges + low
 
 
-def grown(
-    page: Any, scene: Scene, progress: Callable[[int], object] | None
-) -> tuple[State, dict[str, np.ndarray]]:
+def grown(page: Any, scene: Scene, progress: Callable[[int], object] | None) -> State:
     """Grow the molecules of a scene, and relax them, so that no two bonds cross.
 
-    Beside the state there is an array for each of its records, one value per round of growth, and
-    ``relax_crossings``, pairs of crossing bonds at every look while it relaxed: all 0. A
-    `UserError` says that chains stop growing before they are complete, or cross while they relax.
+    A `UserError` says that chains stop growing before they are complete, or cross while they relax.
     """
     description = start_description(scene)
     seed, kT = description["seed"], description["kT"]
     system = start_system(scene, page.polymerize.dt)
-    state, record = _polymerized(scene, page.polymerize, system, seed, kT, progress)
+    state = _polymerized(scene, page.polymerize, system, seed, kT, progress)
     if page.relax:
-        crossings: list[int] = []
 
         def look(system, state):
             place = state.by_identity(state.position)
             pairs = _crossing(scene, "relax", place, system.members, system.box)
-            crossings.append(pairs.shape[1])
-            if crossings[-1]:
+            if crossings := pairs.shape[1]:
                 raise UserError(
-                    f"{scene.where}: start.relax: {crossings[-1]} pairs of bonds crossed after "
+                    f"{scene.where}: start.relax: {crossings} pairs of bonds crossed after "
                     f"{state.step} steps: these forces do not keep chains apart. Raise the core "
                     "force or radius or the bond stiffness, in the scene or in start.forces"
                 )
 
         interval = max(1, round(LOOK / page.relax.dt))
         state = relaxed(scene, state, progress, interval, look)
-        record["relax_crossings"] = np.array(crossings)
     # Chains that grow and spare monomers that vanish leave flows across the box, which only
     # viscosity would bring to rest.
     rng = np.random.default_rng([seed, 1])
     mass = system.mass_of(state.species)
     state.velocity = thermal_velocities(state.position.shape, kT, rng, mass)
-    return state, record
+    return state
 
 
 def _crossing(scene, section, position, members, box):
@@ -365,9 +343,9 @@ def _crossing(scene, section, position, members, box):
 
 
 def _polymerized(scene, settings, system, seed, kT, progress):
-    """Molecules grown from free monomers, and the record of each round."""
+    """Molecules grown from free monomers."""
     rng = np.random.default_rng(seed)
-    growth = Growth(scene, settings.spare, settings.initiators, rng)
+    growth = Growth(scene, settings, rng)
     n, box = len(growth.chain), system.box
     position = _random_places(system, n, rng)
     species = growth.species if len(scene.species) > 1 else None
@@ -382,47 +360,34 @@ def _polymerized(scene, settings, system, seed, kT, progress):
 
     state = growth.moved(state, system, settle, look)
     begun, best, last_gain = state.step, 0, state.step
-    record: dict[str, list[float]] = {}
-    sums, undone = np.zeros(4, np.int64), 0
+    made, undone = 0, 0
     while True:
-        state = growth.mixed(state, system, settings.interval / settings.mixing, rng)
+        free = growth.chain[state.identity] == FREE
+        mixed = free & (rng.random(len(free)) < settings.interval / settings.mixing)
+        position = state.position.copy()
+        position[:, mixed] = _random_places(system, int(mixed.sum()), rng)
+        state = replace(state, position=position)
         place = state.by_identity(state.position)
-        nearest_first = settings.partner == "nearest"
-        sums += growth.grow(place, box, settings.radius, nearest_first, state.step, rng)
+        made += growth.grow(place, box, state.step, rng)
         complete = len(growth.finished()) == growth.asked.sum()
         state = growth.moved(state, system, settle if complete else interval, look)
         undone += growth.undo_crossed(state.by_identity(state.position), box)
-        now = (state.step - begun) * system.dt
-        values = {
-            "growth_time": now, "conversion": growth.bonded / growth.target, "tried": sums[TRIED],
-            "refused_crossing": sums[CROSSED], "refused_distance": sums[FAR], "undone": undone,
-        }  # fmt: skip
-        for name, value in values.items():
-            record.setdefault(name, []).append(value)
         look()
         if complete and len(growth.finished()) == growth.asked.sum():
             break
-        if sums[MADE] - undone > best:
-            best, last_gain = sums[MADE] - undone, state.step
+        if made - undone > best:
+            best, last_gain = made - undone, state.step
         if (state.step - last_gain) * system.dt > STALL:
-            raise UserError(_stalled(scene, growth, now, settings, undone))
+            raise UserError(
+                f"{scene.where}: start.polymerize: after {(state.step - begun) * system.dt:.0f} "
+                f"tau no chain grows any more: {growth.bonded} of {growth.target} beads are in "
+                f"chains. Raise start.polymerize.spare (now {settings.spare:g}), initiators (now "
+                f"{settings.initiators:g}) or radius (now {settings.radius:g}), or ask for shorter "
+                f"chains. {undone} bonds were crossed and undone: if that is many, take a larger "
+                "core or stiffer bonds in start.forces"
+            )
     # The finished chains alone, numbered in the scene's order.
     taken = np.concatenate([growth.beads[c, : growth.full[c]] for c in growth.finished()])
-    position, velocity = (
-        state.by_identity(each)[:, taken] for each in (state.position, state.velocity)
-    )
-    species = growth.species[taken] if len(scene.species) > 1 else None
-    state = State(position, velocity, None, np.arange(len(taken), dtype=np.uint32), species, 0)
-    return state, {name: np.array(values) for name, values in record.items()}
-
-
-def _stalled(scene, growth, now, settings, undone):
-    unfinished = int(growth.asked.sum()) - len(growth.finished())
-    return (
-        f"{scene.where}: start.polymerize: after {now:.0f} tau no chain grows any more: "
-        f"{unfinished} of {growth.asked.sum()} are unfinished, {growth.bonded} of "
-        f"{growth.target} beads bonded. Raise start.polymerize.spare (now "
-        f"{settings.spare:g}), initiators (now {settings.initiators:g}) or radius (now "
-        f"{settings.radius:g}), or ask for shorter chains. Bonds that were crossed and undone: "
-        f"{undone}; if that is many, take a larger core or stiffer bonds in start.forces"
-    )
+    place, velocity = (state.by_identity(x)[:, taken] for x in (state.position, state.velocity))
+    identity = np.arange(len(taken), dtype=np.uint32)
+    return State(place, velocity, None, identity, None if species is None else species[taken], 0)
