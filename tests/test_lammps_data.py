@@ -180,6 +180,13 @@ def test_columns_of_styles(tmp_path, columns, style, lost):
     assert len(said) == bool(lost) and (not lost or lost in said[0])
 
 
+def test_a_box_by_its_vectors(tmp_path):
+    text = atoms("1 0.5 1.5 2.5", "# atomic")
+    edges = "5 0 0 avec\n0 6 0 bvec\n0 0 7 cvec\n-1 0 0 abc origin\n"
+    found = read_text(tmp_path, text.replace(UPRIGHT, edges))
+    assert found.box == (5, 6, 7) and found.position[:, 0].tolist() == [1.5, 1.5, 2.5]
+
+
 def test_a_thin_box_is_two_dimensions(tmp_path):
     text = atoms("1 0.5 0.5 0.0", "# atomic") + "\nVelocities\n\n2 4 5 6\n1 1 2 3\n"
     assert read_text(tmp_path, text).box == (5, 5, 5)
@@ -190,7 +197,9 @@ def test_a_thin_box_is_two_dimensions(tmp_path):
 
 # What is replaced by what in the file of write_data, and what is said.
 WRONG = {
-    "no header": ("3 atoms", "3 particles", "there is no line 'atoms' in the header"),
+    "no atoms": ("3 atoms\n", "", "there is no line 'atoms' in the header"),
+    "header": ("3 atoms", "3 particles", "line 3: '3 particles' is not known in a header"),
+    "no right angle": ("0.5 4.5 ylo yhi", "5 1 0 avec", "avec, bvec and cvec .*not along x, y"),
     "fewer atoms": ("3 atoms", "4 atoms", "section Atoms has 3 lines.*header says 4"),
     "no box": ("-1.0 3.0 xlo xhi\n", "", "there is no line 'xlo xhi'"),
     "tilted": ("-2.2e-14 0.0", "0.5 1", "tilt factors 0.125, 0.25, 0; allowed: one"),
@@ -236,7 +245,7 @@ def test_a_run_starts_with_such_a_file(tmp_path):
     path.write_text(text)
     assert make_start(Scene(scene)).position[0].tolist() == [1, 3, 0, 2, 4, 0]
     path.write_text(text.replace("6 atoms", "6 atoms\n3 bonds\n1 bond types") + bonds)
-    with pytest.raises(UserError, match=r"data\.six: .*atom 11 is of a molecule"):
+    with pytest.raises(UserError, match=r"data\.six: it has 1 molecules A for 3 of scene"):
         make_start(Scene(scene))
 
 

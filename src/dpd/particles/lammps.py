@@ -48,6 +48,10 @@ FLAGS = ["ix", "iy", "iz"]
 WHOLE = ["id", "molecule", "type", *FLAGS]  # columns of whole numbers
 USED = {*WHOLE, "x", "y", "z"}
 STEP = re.compile(r"timestep = ([0-9]{1,18})")  # in the title, where LAMMPS puts it
+HEADER = re.compile(  # what may stand behind numbers there
+    r"(atom|bond|angle|dihedral|improper)(s| types)|extra .* per atom|ellipsoids|lines|triangles"
+    r"|bodies|([xyz])lo \3hi|xy xz yz|[abc]vec|abc origin"
+)
 SECTION = re.compile(r"[A-Z][A-Za-z0-9]*( [A-Z][A-Za-z0-9]*)*")  # its name
 KNOWN = {"Atoms", "Velocities", "Masses", "Bonds", "Angles"}  # sections that are not left out
 MOST_TYPES = 256
@@ -167,7 +171,7 @@ def read_data(path: Path) -> Particles:
 def _taken_apart(path):
     title, *lines = path.read_text(errors="replace").splitlines() or [""]
     data, section = Data(path, title, {}, {}), None
-    for line in lines:
+    for number, line in enumerate(lines, 2):
         before, _, comment = line.partition("#")
         words = before.split()
         if SECTION.fullmatch(name := " ".join(words)):
@@ -176,7 +180,20 @@ def _taken_apart(path):
             section.lines.append(line)
         elif words:
             size = next((k for k, word in enumerate(words) if word[0].isalpha()), len(words))
-            data.header[" ".join(words[size:])] = [float(word) for word in words[:size]]
+            if not HEADER.fullmatch(name := " ".join(words[size:])):
+                data.refuse(
+                    f"line {number}: {shown(line)} is not known in a header; mend or remove it"
+                )
+            data.header[name] = [float(word) for word in words[:size]]
+    if vectors := [data.header[name] for name in ("avec", "bvec", "cvec") if name in data.header]:
+        if np.shape(vectors) != (3, 3) or np.any(vectors * (1 - np.eye(3))):
+            data.refuse(
+                "the edges avec, bvec and cvec of its box are not along x, y and z; write it with "
+                "write_data without triclinic/general"
+            )
+        low = np.array(data.header.get("abc origin", [0.0] * 3))
+        for axis, ends in zip("xyz", np.transpose([low, low + np.diag(vectors)])):
+            data.header.setdefault(f"{axis}lo {axis}hi", list(ends))
     for name in ("atoms", "xlo xhi", "ylo yhi"):
         if name not in data.header:
             data.refuse(
