@@ -37,7 +37,7 @@ if CALCULATED:
         params:
             study=STUDY,
             sources=lambda wildcards: calculation_sources(wildcards.paper),
-            points=theory_digest,
+            points=lambda wildcards: PAPERS[wildcards.paper].theory[wildcards.sweep].digest,
         wildcard_constraints:
             paper=only_before(CALCULATED),
         resources:

@@ -29,7 +29,7 @@ rule benchmark:
     params:
         study=STUDY,
         sources=stage_digest("report"),
-        results=results_folder,
+        results=lambda wildcards: OUT.folder,
     retries: 0
     shell:
         "python -m dpd report {params.study:q} benchmark --results {params.results:q}"

@@ -69,11 +69,6 @@ def runs_of_sweep(wildcards):
     return [OUT.batch(paper, sweep, str(number)) for number in range(len(BATCHES[paper, sweep]))]
 
 
-def theory_digest(wildcards):
-    """Digest of all points of a sweep that is calculated."""
-    return PAPERS[wildcards.paper].theory[wildcards.sweep].digest
-
-
 def derived_of(wildcards):
     """Table of values that other sweeps measure for a sweep; no file where there are none."""
     return OUT.derived(wildcards.paper, wildcards.sweep) if sweep_of(wildcards).derived else []
@@ -91,11 +86,6 @@ def data_of_figure(wildcards):
     figure = PAPERS[paper].figures[wildcards.figure]
     measured = [OUT.measurement(paper, name) for name in figure.measurements]
     return [OUT.sweep(paper, name) for name in figure.sweeps] + measured
-
-
-def results_folder(wildcards):
-    """Folder of the study, for a page on all that is in it."""
-    return OUT.folder
 
 
 def planned_digests(wildcards):
@@ -122,38 +112,34 @@ def priority_of_start(wildcards):
     return 1 + max(PRIORITY[paper, sweep, point.name] for sweep, point in waiting)
 
 
-def minutes_of_runs(wildcards, attempt):
-    """What runs ask a cluster for; no more than config/config.yaml allows."""
-    work = sum(point.scene.work for point in batch_of(wildcards))
-    return jobs.minutes(work, attempt, LONGEST)
+def job_of(wildcards):
+    """Bead-steps of the runs, or the start, that a job makes, and the beads of the largest."""
+    if "start" in wildcards.keys():
+        scene = first_with_start(wildcards)[1].scene
+        return jobs.start_bead_steps(scene), scene.beads
+    scenes = [point.scene for point in batch_of(wildcards)]
+    return sum(scene.work for scene in scenes), max(scene.beads for scene in scenes)
 
 
-def memory_of_runs(wildcards, attempt):
+def minutes_of_job(wildcards, attempt):
+    """What it asks a cluster for; no more than config/config.yaml allows."""
+    return jobs.minutes(job_of(wildcards)[0], attempt, LONGEST)
+
+
+def memory_of_job(wildcards, attempt):
     """The same, in MB."""
-    return jobs.megabytes(max(point.scene.beads for point in batch_of(wildcards)), attempt)
+    return jobs.megabytes(job_of(wildcards)[1], attempt)
 
 
 def group_of_runs(wildcards):
     """Short jobs are submitted together; not those that wait for others, which may be among them."""
-    work = sum(point.scene.work for point in batch_of(wildcards))
-    group = None if sweep_of(wildcards).derived else jobs.group(work)
+    group = None if sweep_of(wildcards).derived else jobs.group(job_of(wildcards)[0])
     return f"{group}_runs" if group else None
-
-
-def minutes_of_start(wildcards, attempt):
-    """What a start asks a cluster for."""
-    scene = first_with_start(wildcards)[1].scene
-    return jobs.minutes(jobs.start_bead_steps(scene), attempt, LONGEST)
-
-
-def memory_of_start(wildcards, attempt):
-    """The same, in MB."""
-    return jobs.megabytes(first_with_start(wildcards)[1].scene.beads, attempt)
 
 
 def group_of_start(wildcards):
     """Short starts are submitted together."""
-    group = jobs.group(jobs.start_bead_steps(first_with_start(wildcards)[1].scene))
+    group = jobs.group(job_of(wildcards)[0])
     return f"{group}_starts" if group else None
 
 
@@ -169,18 +155,6 @@ def first_with_start(wildcards):
     if not waiting:
         raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
     return waiting[0]
-
-
-def names_with_start(wildcards):
-    """The same as words of a command."""
-    sweep, point = first_with_start(wildcards)
-    return [sweep, point.name]
-
-
-def sources_of_start(wildcards):
-    """Digest of the sources that a start depends on."""
-    _, point = first_with_start(wildcards)
-    return start_sources(point.scene)
 
 
 def option(name):

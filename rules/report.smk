@@ -29,7 +29,7 @@ rule write_report:
         study=STUDY,
         papers=list(REPORTED),
         sources=stage_digest("report"),
-        results=results_folder,
+        results=lambda wildcards: OUT.folder,
         archived=option("archived"),
     retries: 0
     shell:

@@ -25,8 +25,8 @@ rule simulate:
     priority: priority_of_runs
     threads: 1
     resources:
-        runtime=minutes_of_runs,
-        mem_mb=memory_of_runs,
+        runtime=minutes_of_job,
+        mem_mb=memory_of_job,
     group:
         group_of_runs
     shell:

@@ -29,14 +29,15 @@ rule make_start:
         OUT.log("{paper}", "starts", "{start}"),
     params:
         study=STUDY,
-        sources=sources_of_start,
-        point=names_with_start,
+        sources=lambda wildcards: start_sources(first_with_start(wildcards)[1].scene),
+        sweep=lambda wildcards: first_with_start(wildcards)[0],
+        point=lambda wildcards: first_with_start(wildcards)[1].name,
     priority: priority_of_start
     resources:
-        runtime=minutes_of_start,
-        mem_mb=memory_of_start,
+        runtime=minutes_of_job,
+        mem_mb=memory_of_job,
     group:
         group_of_start
     shell:
-        "python -m dpd start {params.study:q} {wildcards.paper:q} {params.point:q} -o {output:q}"
-        " 2>&1 | tee -i {log:q}"
+        "python -m dpd start {params.study:q} {wildcards.paper:q} {params.sweep:q}"
+        " {params.point:q} -o {output:q} 2>&1 | tee -i {log:q}"
