@@ -8,6 +8,7 @@ import time
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import netCDF4
 import numpy as np
@@ -156,13 +157,7 @@ def test_the_rate_is_that_of_the_last_minute(monkeypatch):
     """A run that begins at 1000 steps/s and slows down to 100."""
     now, said = [0.0], []
     monkeypatch.setattr("dpd.progress.time.monotonic", lambda: now[0])
-
-    class Lock:
-        """Hears it."""
-
-        report = staticmethod(said.append)
-
-    progress = Progress(10**6, "run", False, Lock())
+    progress = Progress(10**6, "run", False, SimpleNamespace(report=said.append))
     done = 500_000  # as one that goes on from a checkpoint
     for second in range(300):
         now[0] = float(second)
