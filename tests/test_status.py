@@ -122,8 +122,8 @@ def test_a_run_at_work_and_after(here):
         assert run["measured"]["kT"][0] == pytest.approx(1, abs=0.2)
         assert "at work: run.nc" in look("run.nc")[1] and "at work: run.nc" in look(".")[1]
         process.kill()
-        wait_for(lambda: not worker_on("run.nc").alive)
-        run = only_run("run.nc")  # nobody has asked after the process yet
+        process.wait()
+    run = only_run("run.nc")
     assert run["state"] == STOPPED and "killed" in run["why"]
     step = checkpoint_step()
     assert run["step"] == step and f"goes on from step {step}" in run["why"]

@@ -73,7 +73,7 @@ def _variables(folder):
 
 
 def start(folder):
-    """Start the cluster in an empty folder, and wait until its node is idle; or exit and say why."""
+    """Start the cluster in an empty folder, wait until its node is idle; or exit and say why."""
     folder = Path(folder).resolve()
     if absent := missing():
         sys.exit(f"{', '.join(absent)}: not installed; on Debian: apt-get install slurm-wlm munge")
