@@ -104,7 +104,7 @@ PAPERS = [
     (with_value(axes_of(dt={"set": "steps.equilibrate", "values": [1]}),
                 ("sweeps", "fluid", "scene", "integrator"), {"scheme": "auto"}),
      ["integrator.scheme", "'auto'", "python -m dpd run"]),
-    (PAPER | {"measurements": ["scalling"]}, ["measurements", "did you mean 'scaling'"]),
+    (PAPER | {"measurements": ["scalling"]}, ["measurements.0: 'scalling'", "'scaling'"]),
     (PAPER | {"measurements": ["tension"]}, ["fig.measurements: no measurement 'lammps'"]),
     (sampling(sweeps=["fluids"]), ["sampling.0.sweeps: no sweep 'fluids'"]),
     (sampling(at={"lengths": [1]}), ["sweep fluid has no axis 'lengths'"]),
