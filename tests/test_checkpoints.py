@@ -16,8 +16,7 @@ import pytest
 import yaml
 
 from dpd import jit
-from dpd.engine.checkpoint import Checkpoint
-from dpd.engine.loop import run
+from dpd.engine.loop import Checkpoint, run
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.files import check_room

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dpd import files
-from dpd.engine.checkpoint import stored_in
+from dpd.engine.loop import stored_in
 from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State

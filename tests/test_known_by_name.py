@@ -14,7 +14,6 @@ KNOWN = {
     "engine/pair.py": {"many_body"},
     "engine/queries/bonds.py": {"crossings", "passes"},  # words of messages
     "engine/queries/stress.py": {"bonds"},
-    "engine/sampling.py": {"walls"},  # sums
     "engine/step.py": {"bonds"},
     "pipeline/sweep.py": {"pressure"},  # variables of results
     "pipeline/status.py": {"pressure"},

@@ -1,4 +1,4 @@
-"""Which run of a study begins first."""
+"""Which run of a study begins first, and what jobs ask a cluster for."""
 
 import shutil
 
@@ -7,8 +7,9 @@ import yaml
 
 import dpd.pipeline.paper as module
 from dpd.errors import UserError
-from dpd.pipeline.jobs import priorities
-from dpd.pipeline.paper import CONFIG, read_paper, read_study, studies
+from dpd.pipeline.jobs import GROUPS, RATE, batches, group, megabytes, minutes, priorities
+from dpd.pipeline.paper import CONFIG, read_config, read_paper, read_study, studies
+from dpd.start import start_digest, start_is_shared
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +74,6 @@ def test_studies_name_sweeps_that_there_are():
             r"studies\.mine\.first\.0: liu_2008 has no sweep 'melt'.*did you mean 'melts'",
         ),
         ("liu_2009.melts", r"studies\.mine\.first\.0: 'liu_2009' is not in .*config/papers"),
-        ("crgw_2019.hnc", r"studies\.mine\.first\.0: crgw_2019 has no sweep 'hnc'"),
-        ("melts", r"studies\.mine\.first\.0: .*melts"),
     ],
 )
 def test_refused(tmp_path, monkeypatch, said, words):
@@ -87,3 +86,48 @@ def test_refused(tmp_path, monkeypatch, said, words):
     with pytest.raises(UserError, match=words):
         for paper in ("liu_2008", "crgw_2019"):
             read_paper(paper, "mine")
+
+
+DAY = 1440
+
+
+def test_a_run_asks_for_more_than_it_takes_and_more_at_each_try():
+    """At 1.1 million bead-steps per second, 312 MB for a million beads; up to a cluster's most."""
+    for bead_steps in (1e5, 1e8, 1e10):
+        asked = [minutes(bead_steps, attempt, DAY) for attempt in (1, 2, 3)]
+        assert asked[0] * 60 > bead_steps / 1.1e6
+        assert asked == [asked[0], 2 * asked[0], 3 * asked[0]]
+    assert minutes(1e13, 1, DAY) == minutes(1e10, 100, DAY) == DAY
+    assert megabytes(10**6, 1) > megabytes(192, 1) + 2 * 312
+    assert megabytes(10**6, 3) == 3 * megabytes(10**6, 1)
+
+
+def test_short_runs_share_a_submission():
+    """By the minutes that they are expected to take; long ones have their own."""
+    assert [group(bead_steps) for bead_steps in (0, 1e8, 1e9, 1e10)] == [
+        "short", "short", "medium", None,
+    ]  # fmt: skip
+    assert list(GROUPS) == ["short", "medium"]  # profiles/slurm/config.yaml names them
+
+
+def test_short_runs_share_a_job():
+    """Each run once, in order; a long run alone; only those with the same start."""
+    for name in ("equation_of_state_15", "chains", "tension"):
+        sweep = read_paper("groot_warren_1997", "quick", only=[name]).sweeps[name]
+        for seconds in (0, 20, 1e9):
+            shared = batches(sweep, seconds)
+            assert [point for each in shared for point in each] == list(sweep.points)
+            for each in shared:
+                took = sum(point.scene.work for point in each) / RATE
+                assert len(each) == 1 or took <= seconds
+                assert len({start_digest(p.scene) for p in each if start_is_shared(p.scene)}) < 2
+    assert len(batches(sweep, 0)) == len(sweep.points)
+
+
+def test_the_longest_job_of_a_cluster():
+    """It has a default, and is refused if it is no number of minutes."""
+    assert read_config()["longest_job"] == DAY
+    assert read_config({"longest_job": 120})["longest_job"] == 120
+    for wrong in ("2h", 3, None):
+        with pytest.raises(UserError, match="longest_job"):
+            read_config({"longest_job": wrong})

@@ -11,7 +11,7 @@ from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start
 from dpd.start.common.polymerization import FREE, Chains, Growth, Rule, grow
 from dpd.start.polymerize import Growth as Settings
-from tests.engine.exact import crossings_by_looking
+from tests.engine.test_crossings import crossings_by_looking
 from tests.systems import assert_same_state
 
 RELAX = {"relax": {"steps": 500, "dt": 0.002}}

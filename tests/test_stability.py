@@ -11,30 +11,13 @@ from dpd.report.figures import load_module
 from paper_figures.benchmark.drift import (
     FAR,
     LOST,
-    NO_POWER,
     OFF,
     STABLE,
     crossing,
     edge,
-    falling,
     outcome,
     power_law,
 )
-
-BOUNDARIES = [
-    (1.0, STABLE, True), (1.0195, STABLE, False), (0.9805, STABLE, False), (1.0205, OFF, False),
-    (0.9795, OFF, False), (1.05, OFF, True), (0.93, OFF, True), (1.0995, OFF, False),
-    (1.1005, FAR, False), (0.8995, FAR, False), (40.0, FAR, True),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("kT", "kind", "sure"), BOUNDARIES)
-def test_kinds_by_temperature(kT, kind, sure):
-    """2 % and 10 % on either side of 1; within two errors of a limit it is not sure."""
-    found = outcome(np.array([[kT]]), np.array([[0.001]]), np.array([[-1]]), np.array([0.01]))
-    assert (found.kind[0], found.sure[0]) == (kind, sure)
-    assert found.excess[0] == pytest.approx(kT - 1)
-    assert np.isnan(found.lost[0])
 
 
 def test_blown_up_runs_have_a_time_and_no_temperature():
@@ -84,15 +67,6 @@ def test_the_step_at_which_heat_reaches_a_tenth():
     assert np.isnan(crossing(dt, heat + 1, np.full(4, 1e-9))).all()
 
 
-def test_the_error_of_that_step_is_its_scatter():
-    """Over 2000 draws of the heat, beside the 5 % that interpolation may cost."""
-    rng, dt = np.random.default_rng(6), np.array([0.02, 0.04])
-    heat, spread = np.array([0.06, 0.2]), np.array([0.004, 0.02])
-    drawn = [crossing(dt, heat + spread * rng.normal(size=2), spread)[0] for _ in range(2000)]
-    error = crossing(dt, heat, spread)[1]
-    assert np.std(np.log(drawn)) == pytest.approx(np.sqrt(error**2 - 0.05**2), rel=0.1)
-
-
 def test_power_laws_cover_the_true_exponent():
     """Of 400 fits with honest errors 95 % hold it; points that are no number are left out."""
     rng = np.random.default_rng(2)
@@ -108,17 +82,6 @@ def test_power_laws_cover_the_true_exponent():
     exact = power_law(x, 3 * x**-0.5, error)
     assert (exact.factor, exact.exponent, exact.points) == pytest.approx((3, -0.5, 6))
     assert exact.holds
-
-
-def test_the_level_part_of_a_limit_is_left_out():
-    """Up to the last that is as large within errors; columns without a limit too."""
-    x = np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0])
-    limit = np.array([1.0, 0.9, 0.5, 0.25, 0.125, 0.0625, np.nan])
-    found = falling(x, limit, np.where(np.isnan(limit), np.nan, 0.1))
-    assert (found.low, found.high, found.points) == (4.0, 32.0, 4)
-    assert found.exponent == pytest.approx(-1)
-    assert found.factor == pytest.approx(2.0)
-    assert falling(x, np.full(7, np.nan), np.full(7, np.nan)) == NO_POWER
 
 
 def made_up(axis, x, limit, dt, **more):

@@ -17,7 +17,7 @@ import yaml
 
 from dpd.commands.main import main
 from dpd.digest import ROOT
-from dpd.engine.checkpoint import stored_in
+from dpd.engine.loop import stored_in
 from dpd.files import read, write
 from dpd.pipeline.jobs import RATE, as_text, plan
 from dpd.pipeline.paper import read_paper

@@ -95,7 +95,7 @@ def test_a_trajectory_is_not_lost(folder, dpd):
 def stop(*command, where="Checkpoint.discard", first="pass"):
     """A command in a process of its own that is killed where it calls a function."""
     program = (
-        f"import os, sys, dpd.engine.checkpoint as module; own = module.{where}\n"
+        f"import os, sys, dpd.engine.loop as module; own = module.{where}\n"
         f"def end(*arguments): {first}; os._exit(9)\n"
         f"module.{where} = end\nfrom dpd.commands.main import main; main(sys.argv[1:])"
     )

@@ -13,7 +13,7 @@ from dpd.engine import barostat
 from dpd.engine.barostat import scaled_box, scaled_state
 from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
-from dpd.physics.pressure import Look, Pressure, draw
+from dpd.physics.pressure import Pressure
 from tests.engine.cases import simulation_of
 from tests.systems import (
     BOX_3D,
@@ -41,35 +41,6 @@ def test_pressure_is_minus_the_derivative_of_the_energy(name, core):
         looks.append(barostat.look_at(system, system.pressure, there.state, edges, there.measure()))
     slope = (looks[2].energy - looks[0].energy) / (looks[2].volume - looks[0].volume)
     assert looks[1].pressure == pytest.approx(-slope, rel=1e-6, abs=1e-6)
-
-
-def test_detailed_balance_of_a_trial():
-    """Delta changes its sign where the trial is turned around, and is that of its parts."""
-    law = Pressure(3.0, 2.0, 0.3, (0, 1, 2), 5)
-    here, there = Look(33.0, 3.4, 5.0), Look(35.0, 2.7, 4.4)
-    change = law.change(here, there, 1.2, 0.2)
-    assert change == pytest.approx(-law.change(there, here, 1.2, 0.2), abs=1e-12)
-    # Without a drift there and back the proposal drops out.
-    still = law._replace(target=3.0)
-    one, other = (Look(v, 3.0 - 1.2 / (2 * v), e) for v, e in ((33.0, 5.0), (35.0, 4.4)))
-    expected = (4.4 - 5.0 + 3.0 * 2.0) / 1.2 - np.log(35 / 33) / 2
-    assert still.change(one, other, 1.2, 0.2) == pytest.approx(expected, abs=1e-12)
-
-
-def test_random_numbers_of_trials():
-    """A function of seed and step: others for others, and standard normal and uniform.
-
-    Means of 4000 are within 4 standard errors.
-    """
-    assert draw(3, 10) == draw(3, 10)
-    assert len({draw(3, 10), draw(3, 20), draw(4, 10)}) == 3
-    assert draw(2**63 - 1, 10**12)
-    found = np.array([draw(7, 10 * k) for k in range(4000)])
-    assert abs(found[:, 0].mean()) < 4 / np.sqrt(4000)
-    assert abs(found[:, 0].var() - 1) < 4 * np.sqrt(2 / 4000)
-    assert abs(found[:, 1].mean() - 0.5) < 4 / np.sqrt(12 * 4000)
-    assert (found[:, 1] > 0).all()
-    assert abs(np.corrcoef(found[:-1, 0], found[1:, 0])[0, 1]) < 4 / np.sqrt(4000)
 
 
 @pytest.mark.few(1)

@@ -5,12 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from dpd.engine.checkpoint import Checkpoint
-from dpd.engine.loop import run
+from dpd.engine.loop import Checkpoint, run
 from dpd.engine.simulation import Unstable
 from dpd.engine.space import wrapped
-from dpd.errors import UserError
-from tests.engine.reference import Reference
 from tests.systems import (
     BOX_2D,
     BOX_3D,
@@ -27,32 +24,6 @@ BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}
 BOTH = pytest.mark.parametrize(  # each kind of kernel takes a while to compile
     ("dimension", "skin"), [(3, 0.2), (2, 0.0)], ids=["3D, list", "2D, cells"]
 )
-
-
-def at_one_point(dimension, count):
-    """Beads in the middle of the box, with random velocities."""
-    _, velocity = random_beads(BOX[dimension], count)
-    middle = np.array(BOX[dimension])[:, None] / 2
-    return np.repeat(middle, count, axis=1), velocity
-
-
-@pytest.mark.few(1)
-@BOTH
-def test_all_beads_on_one_point(dimension, skin):
-    """No direction to push in, so no force; then they part as the reference's beads do."""
-    position, velocity = at_one_point(dimension, 40)
-    system = make_system(BOX[dimension], dt=0.01, skin=skin)
-    simulation = make_simulation(system, position, velocity)
-    np.testing.assert_allclose(by_identity(simulation, "force"), 0.0, atol=1e-9)
-    with np.errstate(invalid="ignore"):
-        reference = Reference(system, "gw-vv", 0.5, position, velocity)
-    assert not np.isfinite(reference.force).all()  # 0 / 0 in the equations as written
-    reference.force[:] = 0.0
-    for _ in range(40):
-        simulation.advance(1)
-        reference.step()
-    place = by_identity(simulation, "position")
-    assert_same_place(place, reference.position, system.box, 1e-8)
 
 
 @pytest.mark.few(1)
@@ -84,16 +55,6 @@ def test_coordinates_far_outside_the_box(dimension, skin):
         simulation.advance(30)
     assert_same_state(inside.state, outside.state)
     assert_same_place(far, position, system.box, 1e-9)
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("name", ["position", "velocity"])
-def test_beads_that_are_nowhere(name, value):
-    """Named with their number, before anything moves."""
-    start = dict(zip(("position", "velocity"), random_beads(BOX[3], 20)))
-    start[name][1, 7] = value
-    with pytest.raises(UserError, match=f"bead 7 .*{name}"):
-        make_simulation(make_system(BOX[3]), **start)
 
 
 def fast_bead(velocity):

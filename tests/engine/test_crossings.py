@@ -1,6 +1,7 @@
 """Bonds that cross are those that exact arithmetic finds, each pair once."""
 
 from contextlib import nullcontext
+from itertools import product
 
 import numpy as np
 import pytest
@@ -9,10 +10,46 @@ from hypothesis import strategies as st
 
 from dpd.engine.queries.bonds import crossing_bonds, segments_meet
 from dpd.errors import UserError
-from tests.engine.exact import crossings_by_looking, meet
 
 UNIT = 64  # ends lie on a grid of 1/64 r_c: floats hold them, and their products, exactly
 TOO_LONG = r"a bond of 1.0\d r_c is longer than half the box"
+
+
+def side(a, b, c):
+    """1, 0 or -1: c lies left of the line from a to b, on it, or right of it."""
+    return np.sign((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def meet(a, b, c, d):
+    """Whether the closed segments AB and CD have a point in common, for exact numbers.
+
+    They do if neither has both ends strictly on one side of the other; if all four ends lie
+    on one line, if they overlap along both axes.
+    """
+    sides = side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b)
+    if any(sides):
+        return sides[0] * sides[1] <= 0 and sides[2] * sides[3] <= 0
+    return all(
+        max(min(a[k], b[k]), min(c[k], d[k])) <= min(max(a[k], b[k]), max(c[k], d[k]))
+        for k in range(2)
+    )
+
+
+def crossings_by_looking(position, members, box):
+    """Pairs of bonds with a point but no bead in common, as a set of (smaller, larger).
+
+    For bonds shorter than half the smallest edge, none of which touches another within rounding.
+    """
+    edges = np.array(box)[:, None]
+    one = position[:, members[:, 0]]
+    along = position[:, members[:, 1]] - one
+    other = one + along - edges * np.round(along / edges)
+    a, b, cross = one[:, :, None], other[:, :, None], False
+    for image in product((-1, 0, 1), repeat=2):
+        c, d = ((end + np.array(image)[:, None] * edges)[:, None] for end in (one, other))
+        cross |= (side(a, b, c) != side(a, b, d)) & (side(c, d, a) != side(c, d, b))
+    cross &= (members[:, None, :, None] != members[:, None]).all(axis=(2, 3))
+    return {(int(i), int(j)) for i, j in np.argwhere(np.triu(cross, 1))}
 
 
 def pairs(position, members, box):

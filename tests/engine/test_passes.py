@@ -1,6 +1,6 @@
 """Bonds that pass through each other are those that the roots of a cubic say, each pair once."""
 
-from itertools import pairwise, permutations, product
+from itertools import pairwise, product
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,12 +13,9 @@ from dpd.engine.simulation import Simulation
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from tests.systems import BOX_3D, by_identity, chains
+from tests.systems import by_identity, chains
 
 MARGIN = 1e-7  # of a time and of a place along a bond, within which nothing is decided
-AXES = list(permutations(range(3)))
-SEPARATE = np.array([[0, 1], [2, 3]], np.uint32)
-PLACES = [(1.1, 1.8, 2.5), (0.0, 0.0, 0.0), (2.19, 0.01, 5.05)]  # two of them at the boundary
 
 
 def passes(before, after, members, box):
@@ -37,58 +34,6 @@ def wrapped(position, box):
     edges = np.array(box)[:, None]
     inside = position - edges * np.floor(position / edges)
     return np.where(inside < edges, inside, 0.0)
-
-
-def placed(ends, axes, place, box=BOX_3D):
-    """Ends (beads, 3) along three axes by number, around a place in the box."""
-    position = np.empty((3, len(ends)))
-    position[list(axes)] = np.array(ends, float).T
-    return wrapped(position + np.array(place)[:, None], box)
-
-
-def level(height, at=0.0):
-    """Ends of a bond of 0.8 along the first axis."""
-    return [(at - 0.4, 0.0, height), (at + 0.4, 0.0, height)]
-
-
-def across(height, at=0.0):
-    """Ends of a bond of 0.8 along the second axis."""
-    return [(0.0, at - 0.4, height), (0.0, at + 0.4, height)]
-
-
-@pytest.mark.parametrize("place", PLACES, ids=str)
-@pytest.mark.parametrize("axes", AXES, ids=str)
-def test_just_inside_and_just_beside_an_end(axes, place):
-    """1e-6 decides, for each of the four ends; places are rounded by 1e-15, times by 1e-9.
-
-    The bonds only move along the third axis, so where they pass does not depend on when.
-    """
-    for end in (0.4, -0.4):
-        for beside in (1e-6, -1e-6):
-            at = end + np.sign(end) * beside
-            expected = {(0, 1)} if beside < 0 else set()
-            for one, other in ((level(0.1, at), across(0.0)), (level(0.1), across(0.0, at))):
-                before = placed(one + other, axes, place)
-                after = placed([(x, y, -z) for x, y, z in one] + other, axes, place)
-                assert passes(before, after, SEPARATE, BOX_3D) == expected
-
-
-@pytest.mark.parametrize("place", PLACES, ids=str)
-@pytest.mark.parametrize("axes", AXES, ids=str)
-def test_a_pass_and_a_return_is_none(axes, place):
-    """A bond that rocks as it slides is above the other at 0, below at 1/2 and above at 1.
-
-    Each half of that is a pass. At the middle its height is -0.05 + 0.4 s^2 at time 1/2 + s.
-    """
-
-    def at(s):
-        slide, tilt = 0.4 * s, 0.4 * s
-        rocking = [(slide - 0.4, 0.0, tilt - 0.05), (slide + 0.4, 0.0, -tilt - 0.05)]
-        return placed(rocking + across(0.0), axes, place)
-
-    assert passes(at(-0.5), at(0.5), SEPARATE, BOX_3D) == set()
-    assert passes(at(-0.5), at(0.0), SEPARATE, BOX_3D) == {(0, 1)}
-    assert passes(at(0.0), at(0.5), SEPARATE, BOX_3D) == {(0, 1)}
 
 
 def moving_chains(box, count, length, bond, move, seed):

@@ -1,19 +1,10 @@
 """An interrupted run goes on to the same bits as one that was left alone."""
 
-import json
-import os
-import signal
-import subprocess
-import sys
-
-import netCDF4
 import numpy as np
 import pytest
 
-from dpd.engine.checkpoint import Checkpoint
-from dpd.engine.loop import run
+from dpd.engine.loop import Checkpoint, run
 from dpd.engine.simulation import Simulation
-from dpd.files import remove_drafts
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -144,58 +135,3 @@ def test_checkpoint_of_another_run_is_ignored(whole, tmp_path):
     simulation, observers, steps = new_run()
     assert run(simulation, steps, observers, Checkpoint(path, KEY)) == LAST
     assert_same_run((simulation, observers), whole)
-
-
-PROGRAM = """
-import json, sys
-from dpd.scene.scene import Scene
-from dpd.runs.run import Options, simulate
-from dpd.start.common.make import make_start
-text, result = sys.argv[1:]
-scene = Scene(json.loads(text))
-show = lambda step: print(step, flush=True)
-simulate(scene, result, make_start(scene), Options(every_seconds=0.0), show)
-"""
-LONG = SCENE | {"steps": {"equilibrate": 20, "sample": 6_000}}
-
-
-def process(result):
-    """A Python of its own that runs `LONG`; each line that it prints is a step."""
-    arguments = [json.dumps(LONG), str(result)]
-    paths = {"PYTHONPATH": os.pathsep.join(sys.path)}
-    return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *arguments],
-        stdout=subprocess.PIPE, text=True, env=os.environ | paths,
-    )  # fmt: skip
-
-
-def read_all(path):
-    """Every variable of a result."""
-    with netCDF4.Dataset(path) as file:
-        file.set_auto_mask(False)
-        return {name: variable[...] for name, variable in file.variables.items()}
-
-
-def test_killed_process_resumes_to_the_same_bits(tmp_path):
-    """SIGKILL in the middle, a new process, and the file of a run that was never killed."""
-    killed, whole = tmp_path / "killed.nc", tmp_path / "whole.nc"
-    with process(killed) as first:
-        for line in first.stdout:
-            if int(line) >= 300:
-                break
-        first.send_signal(signal.SIGKILL)
-    assert first.returncode == -signal.SIGKILL
-    assert killed.with_suffix(".checkpoint").exists()
-    assert not killed.exists()
-    remove_drafts(killed.with_suffix(".checkpoint"))  # as `dpd.runs.run` does
-    with process(killed) as second, process(whole) as other:
-        resumed_at = int(second.stdout.readline())
-        for run_of in (second, other):
-            run_of.communicate()
-    assert (second.returncode, other.returncode) == (0, 0)
-    assert resumed_at > 290
-    found, expected = read_all(killed), read_all(whole)
-    assert found.keys() == expected.keys() >= {"kT", "pressure_tensor", "rdf", "bond_mean"}
-    for name, array in expected.items():
-        np.testing.assert_array_equal(found[name], array, err_msg=name)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["killed.nc", "whole.nc"]

@@ -19,29 +19,6 @@ from tests.systems import (
 BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize(("prediction", "expected"), [(0.5, 1.0), (0.65, 1 / 1.06)])
-def test_temperature_of_a_bath_at_a_large_step(prediction, expected):
-    """kT / (1 + (lambda - 1/2) gamma dt), at gamma dt 0.4, within 4 standard errors of free beads.
-
-    The stationary variance of the recursion that gw-vv is without other forces.
-    """
-    box, dt = (21.5,) * 3, 0.2
-    system = make_system(
-        box, "gw-vv", prediction, repulsion=np.zeros((1, 1)), friction=2.0, dt=dt,
-        per_bead=True, seed=3,
-    )  # fmt: skip
-    simulation = make_simulation(system, *random_beads(box, 2000, seed=2))
-    simulation.advance(round(2.5 / dt))
-    squares = np.zeros((3, 2000))
-    for _ in range(100):
-        simulation.advance(5)
-        squares += by_identity(simulation, "velocity") ** 2 / 100
-    error = squares.std() / np.sqrt(squares.size)
-    assert error < 0.005
-    assert abs(squares.mean() - expected) < 4 * error
-
-
 EXCHANGES = ("shardlow", "aboba", "lowe-andersen")  # the last has the kernels of the first
 SCHEMES = pytest.mark.parametrize("scheme", EXCHANGES)
 

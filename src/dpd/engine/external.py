@@ -21,15 +21,6 @@ ENERGY, PUSH, DRAG = 0, 1, 2  # columns of what is measured of each wall, DRAG w
 DEPTH, BEAD, STEP = 0, 1, 2  # what is noted of a bead behind a wall
 
 
-class AtWalls(NamedTuple):
-    """What is noted of beads at walls during a call."""
-
-    # (walls, 2 + dimension), of one evaluation: the `ENERGY` of each wall; its `PUSH` on beads
-    # along its normal into the box; and from `DRAG` on the friction and noise along each axis
-    sums: np.ndarray
-    deepest: np.ndarray  # (threads, 3): the bead deepest behind a plane: `DEPTH`, `BEAD`, `STEP`
-
-
 class Near(NamedTuple):
     """Buffers of one thread for some beads within the range of a wall, or in a bath."""
 
@@ -94,9 +85,9 @@ def add_body_force(f, x, species, mine, body):
 
 
 @inlined(given="walls")
-def add_walls(team, f, v, beads, mine, walls, near, at_walls, now, edges):
+def add_walls(team, f, v, beads, mine, walls, near, shared, now, edges):
     """Add the forces of walls; note who is deepest behind them."""
-    deepest = at_walls.deepest[team.rank]
+    deepest = shared.deepest[team.rank]
     for wall in range(len(walls.axis)):
         axis, inward = walls.axis[wall], walls.inward[wall]
         first = mine.first
@@ -116,7 +107,7 @@ def add_walls(team, f, v, beads, mine, walls, near, at_walls, now, edges):
         # One thread does, so that the order of the sums is always the same. The others wait for it
         # before they change velocities.
         if team.rank == 0:
-            measure_walls(at_walls.sums, v, beads, walls, near, now.keys, edges)
+            measure_walls(shared.at_walls, v, beads, walls, near, now.keys, edges)
         barrier(team)
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from dpd.engine.integrate import of_bead_or_one
+from dpd.engine.rows import flat
 from dpd.engine.threads import Share
 from dpd.jit import inlined
 
@@ -25,103 +26,63 @@ class Across(NamedTuple):
     layers: np.ndarray  # (axes,) int64: how many
 
 
-def across_of(system: System) -> Across | None:
-    """The cells across the flow of a system; None in a fluid at rest."""
-    if not system.flow:
-        return None
+def across_of(system: System) -> Across:
+    """The cells across the flow of a system; one, without axes, in a fluid at rest."""
     found = [(axis, *system.layers(axis, thickness)) for axis, thickness in system.flow]
-    axis, low, length, layers = map(np.array, zip(*found))
-    return Across(axis, low, layers / length, layers)
+    axis, low, length, layers = np.array(found, float).reshape(-1, 4).T
+    return Across(axis.astype(np.int64), low.copy(), layers / length, layers.astype(np.int64))
 
 
 class Sampled(NamedTuple):
-    """Sums of each sample, flat, and those of tasks that they are added up from."""
+    """Sums of each sample, and those of beads that they are added up from."""
 
-    # (samples, width): as `dpd.engine.state.Sums` has them
+    # (samples, cells, q + 1, q): as `dpd.engine.state.Sums` has them, below each matrix the beads
     moments: np.ndarray
-    virial: np.ndarray
-    energy: np.ndarray
-    walls: np.ndarray | None  # (samples, width): None without walls
+    virial: np.ndarray  # (samples, 2, dimension, dimension)
+    energy: np.ndarray  # (samples, 2)
+    walls: np.ndarray | None  # (samples, walls, 2 + dimension); None without walls
     place: np.ndarray  # (tasks, axes): where a bead is in its cell
-    # (tasks, cells, q + 1, q): the moments of `PER_TASK` beads each, and their number
-    of_beads: np.ndarray
-    # (tasks, width): that, and what tasks have found, flat; 0 between samples
-    moments_of: np.ndarray
-    virial_of: np.ndarray
-    energy_of: np.ndarray
-    walls_of: np.ndarray | None  # (1, width)
+    of_beads: np.ndarray  # (tasks, cells, q + 1, q): of `PER_TASK` beads each; 0 between samples
 
 
-def sampled_buffers(samples: int, beads: int, across: Across | None, shared: Any) -> Sampled:
-    tasks, layers = -(-beads // PER_TASK), () if across is None else across.layers
-    cells, q = int(np.prod(layers)), shared.virial.shape[2] + 1 + len(layers)
-    of_beads = np.zeros((tasks, cells, q + 1, q))
-    parts: dict[str, Any] = {
-        "moments": of_beads.reshape(tasks, -1),
-        "virial": shared.virial.reshape(len(shared.virial), -1),
-        "energy": shared.energy,
-        "walls": None if shared.at_walls is None else shared.at_walls.sums.reshape(1, -1),
-    }
-    rows: dict[str, Any] = {
-        name: None if each is None else np.empty((samples, each.shape[1]))
-        for name, each in parts.items()
-    }
+def sampled_buffers(
+    samples: int, beads: int, across: Across, virial: np.ndarray, walls: np.ndarray | None
+) -> Sampled:
+    """Room for so many samples of what tasks add to a virial, and walls to their sums."""
+    tasks, layers = -(-beads // PER_TASK), across.layers
+    cells, q = int(np.prod(layers)), virial.shape[2] + 1 + len(layers)
     return Sampled(
-        **rows,
-        place=np.zeros((tasks, len(layers))),
-        of_beads=of_beads,
-        **{f"{name}_of": each for name, each in parts.items()},
+        np.empty((samples, cells, q + 1, q)),
+        np.empty((samples, *virial.shape[1:])),
+        np.empty((samples, 2)),
+        None if walls is None else np.empty((samples, *walls.shape)),
+        np.zeros((tasks, len(layers))),
+        np.zeros((tasks, cells, q + 1, q)),
     )
 
 
 @inlined()
 def add_up_beads(team, beads, mass, across, sampled, edges):
     """Add up the moments of the velocities."""
-    x, v, species = beads.position, beads.velocity, beads.species
     for task in range(team.rank, sampled.place.shape[0], team.size):
         first, end = task * PER_TASK, (task + 1) * PER_TASK
-        if end > x.shape[0]:
-            end = x.shape[0]
+        if end > beads.position.shape[0]:
+            end = beads.position.shape[0]
         some = Share(np.uint64(first), np.uint64(end))
-        if across is None:
-            find_one_cell(sampled.of_beads[task, 0], v, species, mass, some, edges)
-        else:
-            add_moments(
-                sampled.of_beads[task], sampled.place[task], x, v, species, mass, across, some,
-                edges,
-            )  # fmt: skip
+        moments, place = sampled.of_beads[task], sampled.place[task]
+        add_moments(moments, place, beads, mass, across, some, edges)
 
 
 @inlined()
-def find_one_cell(moments, v, species, mass, some, edges):
-    """Those of one cell, where w = (v, 1), in registers: three times as fast."""
-    one, z = len(edges), len(edges) - 1  # in two dimensions z is y
-    total, px, py, pz, xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for s in range(some.first, some.end):
-        m = of_bead_or_one(mass, species, s)
-        mx, my, mz = m * v[s, 0], m * v[s, 1], m * v[s, z]
-        total += m
-        px, py, pz = px + mx, py + my, pz + mz
-        xx, xy, xz = xx + mx * v[s, 0], xy + mx * v[s, 1], xz + mx * v[s, z]
-        yy, yz, zz = yy + my * v[s, 1], yz + my * v[s, z], zz + mz * v[s, z]
-    moments[0, 0], moments[1, 1], moments[z, z], moments[one, one] = xx, yy, zz, total
-    moments[0, 1], moments[0, z], moments[1, z] = xy, xz, yz
-    moments[1, 0], moments[z, 0], moments[z, 1] = xy, xz, yz
-    moments[0, one], moments[1, one], moments[z, one] = px, py, pz
-    moments[one, 0], moments[one, 1], moments[one, z] = px, py, pz
-    moments[one + 1, 0] = some.end - some.first
-
-
-@inlined()
-def add_moments(moments, place, x, v, species, mass, across, some, edges):
+def add_moments(moments, place, beads, mass, across, some, edges):
     """Add the sums of m w w over some beads, cell by cell; below the matrix, their number.
 
     With w = (v, 1, s), s being the places of a bead along the axes of its cell, in layers from the
     middle.
     """
-    axes, one = len(across.axis), len(edges)
+    x, v, axes, one = beads.position, beads.velocity, len(across.axis), len(edges)
     for s in range(some.first, some.end):
-        m, cell = of_bead_or_one(mass, species, s), np.int64(0)
+        m, cell = of_bead_or_one(mass, beads.species, s), np.int64(0)
         for a in range(axes):
             along = (x[s, across.axis[a]] - across.low[a]) * across.per[a]
             layer = np.int64(along)
@@ -150,10 +111,12 @@ def add_moments(moments, place, x, v, species, mass, across, some, edges):
 
 @inlined(given="to")
 def move_sums(to, k, parts):
-    """Put the sums of all tasks into row k, and zero in their place."""
-    for q in range(to.shape[1]):
+    """Put the sums of all tasks in the place of sample k, and zero in theirs."""
+    sums, found = flat(to), flat(parts)
+    width = sums.shape[0] // to.shape[0]
+    for q in range(width):
         total = 0.0
-        for task in range(parts.shape[0]):
-            total += parts[task, q]
-            parts[task, q] = 0.0
-        to[k, q] = total
+        for p in range(q, found.shape[0], width):
+            total += found[p]
+            found[p] = 0.0
+        sums[k * width + q] = total

@@ -9,7 +9,7 @@ import numpy as np
 
 from dpd.engine.bonded import angles_of, bonds_of, buffers_of
 from dpd.engine.cells import cell_buffers, grid_of
-from dpd.engine.external import BEAD, DEPTH, DRAG, STEP, AtWalls, near_buffers
+from dpd.engine.external import DEPTH, DRAG, near_buffers
 from dpd.engine.integrate import row_edges, times_of
 from dpd.engine.pair import cache_buffers
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
@@ -31,32 +31,11 @@ SPARE_ROOM = 2.0  # times what buffers were too small for
 
 
 class Unstable(LostRun):
-    """A bead moved further than the cutoff along an axis in one step, or to no number."""
+    """A bead moved too far along an axis in one step, to no number, or too far behind a wall."""
 
-    def __init__(self, bead: int, step: int, distance: float, dt: float) -> None:
+    def __init__(self, bead: int, step: int, distance: float, sentence: str) -> None:
         self.bead, self.distance = bead, distance
-        super().__init__(
-            f"the run blew up: bead {bead} moved {distance:.3g} r_c along an axis in one step at "
-            f"step {step} (limit: 1 r_c). "
-            f"dt {dt:g} is too large for this scene: lower integrator.dt, or the friction, "
-            "repulsion or bond stiffness that asks for it (Groot and Warren use dt 0.04 with "
-            "repulsion 25 and gamma 4.5).",
-            step,
-        )
-
-
-class BehindWall(Unstable):
-    """A bead got further behind a wall than there is room for it."""
-
-    def __init__(self, bead: int, step: int, depth: float, reach: float) -> None:
-        self.bead, self.distance = bead, depth
-        LostRun.__init__(
-            self,
-            f"bead {bead} got {depth:.3g} r_c behind a wall at step {step} (limit: {reach:g} r_c, "
-            "beyond which it might feel beads at the opposite wall). The walls are too soft for "
-            "this scene: raise walls.repulsion, or lower integrator.dt if the run is too hot",
-            step,
-        )
+        super().__init__(sentence, step)
 
 
 class Snapshot:
@@ -91,14 +70,13 @@ class Simulation(Snapshot):
     """A `System` and its `State`, advanced by the compiled loop.
 
     Beads outside the box are put to their image inside. With a force of None, or for a list without
-    a reference, the force is evaluated where the beads are. The number of threads that share the
-    work does not change a bit of the result. A `UserError` refuses what is not a finite number, and
-    more than one thread with a scheme whose pairs exchange momentum one after the other.
+    a reference, the force is evaluated where the beads are. The number of threads does not change a
+    bit of the result. A `UserError` refuses more than one with a scheme whose pairs exchange
+    momentum one after the other.
     """
 
     def __init__(self, system: System, state: State, threads: int = 1) -> None:
         super().__init__(system, state)
-        state.refuse_nowhere()
         if system.shear is not None and state.slid is None:
             state.slid = 0
         if system.shear is not None and state.peculiar is None:
@@ -213,9 +191,15 @@ class Simulation(Snapshot):
             self._room = np.maximum(self._room, need.astype(np.int64))
             return None
         if lost.bead >= 0:
-            raise Unstable(lost.bead, lost.step, lost.distance, system.dt)
-        if shared.at_walls is not None:
-            self._refuse_behind(shared.at_walls)
+            raise Unstable(
+                *lost,
+                f"the run blew up: bead {lost.bead} moved {lost.distance:.3g} r_c along an axis in "
+                f"one step at step {lost.step} (limit: 1 r_c). dt {system.dt:g} is too large for "
+                "this scene: lower integrator.dt, or the friction, repulsion or bond stiffness "
+                "that asks for it (Groot and Warren use dt 0.04 with repulsion 25 and gamma 4.5).",
+            )
+        if shared.deepest is not None:
+            self._refuse_behind(shared.deepest)
         if reference is not None:
             self._listed = axes_of(reference, dimension)
         self.state = replace(
@@ -233,18 +217,12 @@ class Simulation(Snapshot):
         return self._sums(at, shared.sampled, measure)
 
     def _sums(self, at, sampled, measure):
-        samples, d = len(at), self.system.dimension
-        cells, rows, q = sampled.of_beads.shape[1:]
-        found = sampled.moments.reshape(samples, cells, rows, q)
-        volume = np.full(samples, self.volume if samples else 0.0)
+        found, q = sampled.moments, sampled.moments.shape[3]
+        volume = np.full(len(at), self.volume if len(at) else 0.0)
         sums = Sums(at, volume, found[:, :, q, 0], found[:, :, :q])
         if not measure:
             return sums
-        walls = sampled.walls
-        if walls is not None:
-            walls = walls.reshape(samples, walls.shape[1] // (DRAG + d), DRAG + d)
-        virial = sampled.virial.reshape(samples, 2, d, d)
-        return sums._replace(virial=virial, energy=sampled.energy, walls=walls)
+        return sums._replace(virial=sampled.virial, energy=sampled.energy, walls=sampled.walls)
 
     def _copied_beads(self):
         """Copies, as the loop works in place, and a former state must stay as it was."""
@@ -299,50 +277,51 @@ class Simulation(Snapshot):
         plan, dimension, beads = self._plan, self.system.dimension, self.state.identity.size
         batches = 0 if plan.bonds is None else len(plan.bonds.batch) - 1
         tasks = batches + len(plan.grid.blocks.piece) - 1
-        renews, walls, at_walls = plan.scheme.renewal is not None, self.system.walls, None
-        if walls is not None:
-            sums = np.zeros((len(walls.axis), DRAG + dimension))
-            at_walls = AtWalls(sums, np.zeros((self._threads, DRAG + 1)))
-        shared = Shared(
+        renews, walls = plan.scheme.renewal is not None, plan.forces.walls
+        virial = np.zeros((tasks, 2, dimension, dimension))
+        at_walls = None if walls is None else np.zeros((len(walls.axis), DRAG + dimension))
+        return Shared(
             cells=cell_buffers(plan.grid, beads, self._threads),
             slot=None if plan.bonds is None else np.empty(beads, np.uint32),
             density=None if plan.forces.many_body is None else np.empty(beads),
-            virial=np.zeros((tasks, 2, dimension, dimension)),
+            virial=virial,
             energy=np.zeros((tasks, 2)),
             moved=np.zeros(self._threads),
             lost=np.zeros((self._threads, 2)),
             at_walls=at_walls,
+            deepest=None if walls is None else np.zeros((self._threads, 3)),
             image=None,
             excess=empty_rows(beads, row_width(dimension)) if renews else None,
-            sampled=None,
+            sampled=sampled_buffers(0, beads, plan.across, virial, at_walls),
             need=np.zeros((self._threads, self._room.size), np.int64),
         )
-        return shared._replace(sampled=sampled_buffers(0, beads, plan.across, shared))
 
     def _shared_now(self, samples):
         """The same for a call that takes so many samples."""
-        shared, at_walls = self._shared, self._shared.at_walls
-        if at_walls is not None:
-            at_walls.sums[:] = at_walls.deepest[:] = 0.0
+        shared, across, beads = self._shared, self._plan.across, self.state.identity.size
+        if shared.at_walls is not None:
+            shared.at_walls[:] = shared.deepest[:] = 0.0
         if samples:
             shared.virial[:] = shared.energy[:] = 0.0  # of a call that has failed
-            beads = self.state.identity.size
-            shared = shared._replace(
-                sampled=sampled_buffers(samples, beads, self._plan.across, shared)
-            )
+            sampled = sampled_buffers(samples, beads, across, shared.virial, shared.at_walls)
+            shared = shared._replace(sampled=sampled)
         return shared._replace(image=np.array(self.state.image.T, np.int32, order="C"))
 
-    def _refuse_behind(self, at_walls):
+    def _refuse_behind(self, deepest):
         """Refuse a bead too far behind a wall.
 
         In a step a bead moves by 1 r_c at most, and half of the gap behind a plane is `reach` and
         1 r_c: none can pass the middle of the gap unseen.
         """
-        deepest = at_walls.deepest[np.argmax(at_walls.deepest[:, DEPTH])]
-        if deepest[DEPTH] > self.system.walls.reach:
-            raise BehindWall(
-                int(deepest[BEAD]), int(deepest[STEP]), deepest[DEPTH], self.system.walls.reach
-            )
+        depth, bead, step = deepest[np.argmax(deepest[:, DEPTH])].tolist()
+        if depth > (reach := self.system.walls.reach):
+            raise Unstable(
+                int(bead), int(step), depth,
+                f"bead {bead:.0f} got {depth:.3g} r_c behind a wall at step {step:.0f} (limit: "
+                f"{reach:g} r_c, beyond which it might feel beads at the opposite wall). The walls "
+                "are too soft for this scene: raise walls.repulsion, or lower integrator.dt if the "
+                "run is too hot",
+            )  # fmt: skip
 
     def _all_threads(self, beads, spare, force, reference, shared, span):
         """What `advance` returns, run by all threads together."""

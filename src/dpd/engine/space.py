@@ -10,16 +10,11 @@ moment the images form a lattice whose vector along the gradient is tilted, (s L
 the same as before.
 
 A separation is brought to its nearest image in coordinates along the lattice, in which the box is
-upright: x' = x - s y. Cells are those of x' too, so that neighbours stay neighbours. Along the flow
-they are longer by sqrt(1 + s^2) at the largest tilt: two beads at a distance of 1 may differ by so
-much in x'.
+upright: x' = x - s y. Cells are those of x' too. Along the flow they are longer by sqrt(1 + s^2) at
+the largest tilt: two beads at a distance of 1 may differ by so much in x'.
 
 The slide is a whole number of 2^-64 of an edge for each step, so the tilt is an exact function of
-the number of the step: no error adds up, and a resumed run has the same bits. A run that begins
-with the end of another one begins with the slide of that.
-
-Beads are kept with positions in the upright box and velocities about the flow, which no boundary
-changes; see `dpd.physics.shear`.
+the number of the step. Positions are kept in the upright box.
 """
 
 from __future__ import annotations

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dpd.errors import UserError
 from dpd.physics.common.forces import Forces
 from dpd.physics.thermostat import Friction, Langevin
 
@@ -56,7 +55,7 @@ class Sums(NamedTuple):
     # (samples, 2): `OF_PAIRS` and `OF_BONDS`; of bonds and the angles between them
     energy: np.ndarray = None  # type: ignore[assignment]
     # (samples, walls, 2 + dimension): sums over what each wall does to beads, see
-    # `dpd.engine.external.AtWalls`; no part of the virial. None without walls.
+    # `dpd.engine.step.Shared`; no part of the virial. None without walls.
     walls: np.ndarray | None = None
 
     def of(self, samples: np.ndarray | slice | int) -> Sums:
@@ -228,13 +227,3 @@ class State:
         places = np.empty(len(self.identity), np.intp)
         places[self.identity] = np.arange(len(places))
         return array.take(places, axis=-1)  # 2 to 4 times as fast as to fill places
-
-    def refuse_nowhere(self) -> None:
-        """Refuse a state with a position or a velocity that is no finite number."""
-        for name in ("position", "velocity"):
-            bad = ~np.isfinite(getattr(self, name)).all(axis=0)
-            if bad.any():
-                raise UserError(
-                    f"bead {self.identity[np.argmax(bad)]} of the start has a {name} that is not a "
-                    f"finite number ({bad.sum()} beads have); make the start anew"
-                )

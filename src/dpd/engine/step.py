@@ -12,19 +12,13 @@ step is
     friction again     f   = f(r, v), in DPD-VV: for the next step
     exchange           of momentum between pairs, in schemes that split friction and noise off
 
-Pairs are found by cells in every step, or, where beads hardly move in a step, listed once within
-the cutoff and a skin, until some bead has moved half the skin. Meanwhile beads stay in the order of
-the last sort, and the list follows from the positions at that time (the reference), so a resumed
-run has the same list in the same order.
+A list of pairs follows from the positions when it was made (the reference), in the order of the
+sort of that time, so a resumed run has the same list in the same order.
 
 Every thread of a team runs this loop. Drifts, kicks and sorts go by beads, each thread with its
-own; forces go by batches of bonds and by blocks of cells, whoever is free taking the next. Blocks
-come in phases, so that no two threads push the same bead at the same time, and the order of all
-sums is that of one thread alone. No kernel makes an array: where a buffer turns out to be too
+own; forces go by batches of bonds and by blocks of cells, whoever is free taking the next, in the
+order of sums of one thread alone. No kernel makes an array: where a buffer turns out to be too
 small, the call ends, and Python makes it again with a larger one.
-
-Device functions take the arrays that they use; records go no deeper than this file, so that a scene
-with bonds needs no other drift than one without.
 """
 
 from typing import NamedTuple
@@ -34,7 +28,6 @@ import numpy as np
 from dpd.engine.bonded import Angles, Arms, Bonds, add_angles, add_bonds, find_slots
 from dpd.engine.cells import Cells, Grid, count_cells, find_places, move_beads, share_cells
 from dpd.engine.external import (
-    AtWalls,
     Near,
     add_bath,
     add_body_force,
@@ -106,8 +99,8 @@ class Plan(NamedTuple):
     dt: float
     skin: float  # distance beyond the cutoff within which pairs are listed
     seed: int
-    mass: np.ndarray | None = None  # (species,): None where all are 1
-    across: Across | None = None  # cells across a flow, in which sums over beads are kept apart
+    mass: np.ndarray | None  # (species,): None where all are 1
+    across: Across  # cells across a flow, in which sums over beads are kept apart
 
 
 class Shared(NamedTuple):
@@ -120,7 +113,10 @@ class Shared(NamedTuple):
     energy: np.ndarray  # (tasks, 2)
     moved: np.ndarray  # (threads,): largest squared distance of a bead from the reference
     lost: np.ndarray  # (threads, 2): see `dpd.engine.integrate.find_lost`
-    at_walls: AtWalls | None
+    # (walls, 2 + dimension), of one evaluation: the `ENERGY` of each wall; its `PUSH` on beads
+    # along its normal into the box; and from `DRAG` on the friction and noise along each axis
+    at_walls: np.ndarray | None
+    deepest: np.ndarray | None  # (threads, 3): bead deepest behind a plane: `DEPTH`, `BEAD`, `STEP`
     image: np.ndarray  # (n, dimension) int32: boxes that each identity has crossed
     excess: np.ndarray | None  # rows: see `change_since`; None where friction is taken once
     sampled: Sampled
@@ -213,14 +209,14 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         short = is_short(shared.need, room)
         if short:
             break
-        add_to_beads(team, plan, beads, force, mine, shared.at_walls, own.near, now)
+        add_to_beads(team, plan, beads, force, mine, shared, own.near, now)
         pending = 0.0
         if s + 1 < span.steps and plan.kick_waits and not sample_now:
             pending = times.kick
         elif span.steps > 0:
             finish(team, plan, beads, force, mine, shared, own, now.keys)
         if sample_now:
-            take_sample(team, plan, beads, shared.sampled, taken)
+            take_sample(team, plan, beads, shared, taken)
             taken += 1
     return swapped, lost, short
 
@@ -360,11 +356,11 @@ def velocity_of_friction(velocity, predicted):
 
 
 @inlined()
-def add_to_beads(team, plan, beads, force, mine, at_walls, near, now):
+def add_to_beads(team, plan, beads, force, mine, shared, near, now):
     v, forces = velocity_of_friction(beads.velocity, beads.predicted), plan.forces
     add_bath(force, v, beads, mine, forces.langevin, near, now.keys, plan.edges)
     add_body_force(force, beads.position, beads.species, mine, forces.body_force)
-    add_walls(team, force, v, beads, mine, forces.walls, near, at_walls, now, plan.edges)
+    add_walls(team, force, v, beads, mine, forces.walls, near, shared, now, plan.edges)
     divide_by_masses(force, beads.species, mine, plan.mass)
 
 
@@ -379,16 +375,17 @@ def finish(team, plan, beads, force, mine, shared, own, keys):
 
 
 @inlined()
-def take_sample(team, plan, beads, sampled, k):
+def take_sample(team, plan, beads, shared, k):
     """Take sums over all beads and pairs after a step, as the k-th sample."""
     barrier(team)  # all have come to the end of the step
+    sampled = shared.sampled
     add_up_beads(team, beads, plan.mass, plan.across, sampled, plan.edges)
     barrier(team)
     if team.rank == 0:
-        move_sums(sampled.moments, k, sampled.moments_of)
-        move_sums(sampled.virial, k, sampled.virial_of)
-        move_sums(sampled.energy, k, sampled.energy_of)
-        move_sums(sampled.walls, k, sampled.walls_of)
+        move_sums(sampled.moments, k, sampled.of_beads)
+        move_sums(sampled.virial, k, shared.virial)
+        move_sums(sampled.energy, k, shared.energy)
+        move_sums(sampled.walls, k, shared.at_walls)
 
 
 @inlined(given="excess")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd import files
-from dpd.engine.checkpoint import stored_in
+from dpd.engine.loop import stored_in
 from dpd.errors import UserError
 from dpd.particles.particles import (
     SLID,

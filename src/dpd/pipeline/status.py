@@ -15,7 +15,7 @@ import numpy as np
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error
-from dpd.engine.checkpoint import stored_in
+from dpd.engine.loop import stored_in
 from dpd.errors import FAILED, UserError, reason
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.pipeline.paths import Results

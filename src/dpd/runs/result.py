@@ -2,7 +2,7 @@
 
 A run of one's own keeps its last configuration, which is for everybody (`dpd.particles.netcdf`),
 and in the group ``state`` what `dpd.runs.run.extend` needs: the arrays of its last checkpoint
-(`dpd.engine.checkpoint.arrays_of`). People edit a scene and run it again: a result of the same
+(`dpd.engine.loop.arrays_of`). People edit a scene and run it again: a result of the same
 scene is kept, and nothing else is replaced unless they ask for it.
 """
 
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd import files
-from dpd.engine.checkpoint import arrays_of, file_of, put_back, stored_in
+from dpd.engine.loop import arrays_of, file_of, put_back, stored_in
 from dpd.errors import Occupied, UserError
 from dpd.observe.common.measured import observables
 from dpd.particles.netcdf import attributes_of, variables_of

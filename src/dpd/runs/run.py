@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd import files
-from dpd.engine.checkpoint import Checkpoint, file_of, refuse_other_file, stored_in
-from dpd.engine.loop import counts_from
+from dpd.engine.loop import Checkpoint, counts_from, file_of, refuse_other_file, stored_in
 from dpd.engine.loop import run as run_steps
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
