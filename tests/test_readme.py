@@ -15,7 +15,6 @@ from dpd import __version__
 from dpd.analysis.collect import RECORDED
 from dpd.commands.main import new_parser
 from dpd.digest import PACKAGE, ROOT
-from dpd.errors import UserError
 from dpd.pipeline.paper import read_config
 from dpd.pipeline.paths import Results
 from dpd.report import archive, documents
@@ -215,20 +214,6 @@ def test_counts_and_deviations(archived):
     lines = figure_counts(TABLE, {"slope": "Slope.", "fig03_none": "None."}).splitlines()[2:]
     assert lines[0] == "| [Own figure: slope](slope.py) | Slope. | 0 | 1 | 0 |"
     assert lines[1] == "| [Figure 3](fig03_none.py) | None. | 0 | 0 | 0 |"
-
-
-def test_the_archive_takes_whole_tables_only(archived, tmp_path):
-    """A table of an older version is refused, and what is kept stays."""
-    results = tmp_path / "results"
-    results.mkdir()
-    TABLE.to_csv(results / "verdicts.csv", index=False)
-    (kept,) = archive.keep_table("slow", Results(str(results)))
-    before = kept.read_bytes()
-    assert kept == archived / "slow" / "verdicts.csv"
-    TABLE.drop(columns="kind").to_csv(results / "verdicts.csv", index=False)
-    with pytest.raises(UserError, match="no column kind"):
-        archive.keep_table("slow", Results(str(results)))
-    assert kept.read_bytes() == before
 
 
 def test_the_archive_draws_kept_pictures_anew(archived, tmp_path):

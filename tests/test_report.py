@@ -1,8 +1,7 @@
 """The page of the report, and what it says of a workflow's cost."""
 
 import re
-from html.parser import HTMLParser
-from itertools import pairwise
+from html import unescape
 
 import numpy as np
 import pandas as pd
@@ -54,32 +53,6 @@ def put_figure(folder, paper, figure, rows, seen=None):
     verdict_table(paper, figure, rows).to_csv(folder / f"{figure}.csv", index=False)
 
 
-class Page(HTMLParser):
-    """What a page holds: ids, links, images, headings, and tags by name with attributes."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.tags, self.inside, self.links = [], [], {}
-        self.feed(text)
-
-    def handle_starttag(self, tag, given):
-        given = dict(given)
-        self.tags.append((tag, given))
-        if tag in ("tr", "figure") and "id" in given:
-            self.inside.append((tag, given["id"]))
-        elif tag == "a" and self.inside:
-            self.links.setdefault(self.inside[-1][1], []).append(given["href"][1:])
-
-    def handle_endtag(self, tag):
-        if self.inside and self.inside[-1][0] == tag:
-            self.inside.pop()
-
-    def all(self, tag, key=None):
-        """Attributes of all tags of a name; or one attribute of each."""
-        found = [given for name, given in self.tags if name == tag]
-        return [given.get(key) for given in found] if key else found
-
-
 @pytest.fixture(scope="module")
 def text(tmp_path_factory):
     """A page on two papers with figures of one name, and one with nothing at all."""
@@ -97,33 +70,20 @@ def text(tmp_path_factory):
     return (results / "report.html").read_text(encoding="utf-8")
 
 
-@pytest.fixture(scope="module")
-def page(text):
-    """The same, read."""
-    return Page(text)
-
-
-def test_rows_and_figures_link_to_each_other(page):
+def test_rows_and_figures_link_to_each_other(text):
     """Each row to its figure, and that back to all of its rows; two have one name here."""
-    ids = [given["id"] for _, given in page.tags if "id" in given]
-    assert len(set(ids)) == len(ids)
-    assert {"one_1997-fig02_shapes", "two_2008-fig02_shapes"} <= set(ids)
-    targets = page.all("a", "href")
-    assert len(targets) > 10 and {target[1:] for target in targets} <= set(ids)
-    rows = [given["id"] for given in page.all("tr") if "id" in given]
+    ids = re.findall(r'\sid="([^"]+)"', text)
+    assert len(set(ids)) == len(ids) and set(re.findall(r'href="#([^"]+)"', text)) <= set(ids)
+    figures = {
+        part.split('"')[0]: part.split("</figure>")[0] for part in text.split('<figure id="')
+    }
+    rows = [part.split("</tr>")[0] for part in text.split('<tr id="')[1:]]
     assert len(rows) == len(VERDICTS) + 1
-    figures = page.all("figure", "id")
     for row in rows:
-        (figure,) = page.links[row]
-        assert figure in figures and row in page.links[figure]
-    assert sum(len(page.links.get(figure, [])) for figure in figures) == len(rows)
-
-
-def test_figures_are_told_in_words(page):
-    """What is seen, escaped; the figure's name where its file says nothing; sizes for all."""
-    images = page.all("img")
-    assert [image["alt"] for image in images] == ['A "line" <rises>.'] * 2 + ["Figure 2"]
-    assert all(int(image["width"]) > 0 and int(image["height"]) > 0 for image in images)
+        (figure,) = re.findall(r'<a href="#([^"]+)"', row)
+        assert f'href="#{row.split(chr(34))[0]}"' in figures[figure]
+    seen = re.findall(r'<img [^>]*width="[1-9]\d*" height="[1-9]\d*" alt="([^"]+)"', text)
+    assert list(map(unescape, seen)) == ['A "line" <rises>.'] * 2 + ["Figure 2"]
 
 
 def test_only_simulated_numbers_are_counted(text):
@@ -151,19 +111,6 @@ def test_a_row_in_full(text):
         assert re.search(rf'<td data-label="{column}"[^>]*>{value}</td>', row), column
     assert '<th scope="row">β &lt; 2</th>' in row
     assert not re.search(r">\s*(nan|None)\s*<", text)
-
-
-def test_a_page_can_be_walked_through(page, text):
-    """Language, a way past the head, headings without gaps, and what each table and cell is."""
-    assert page.all("html", "lang") == ["en"]
-    assert page.all("a")[0]["href"] == "#content" and "content" in page.all("main", "id")
-    levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch(r"h\d", tag)]
-    assert levels[0] == 1 and levels.count(1) == 1
-    assert all(after - before <= 1 for before, after in pairwise(levels))
-    assert len(page.all("table")) == len(page.all("caption")) >= 5
-    assert set(page.all("th", "scope")) == {"row", "col"}
-    assert any(given.get("name") == "description" for given in page.all("meta"))
-    assert "One &amp; other" in text and not re.search(r"""(src|href)=["']?(https?:)?//""", text)
 
 
 def test_a_page_on_nothing(tmp_path):

@@ -101,15 +101,10 @@ def _start_rows(starts):
 
 def rows_below(rows: list[Row], name: str) -> list[Row]:
     """Those of a section: of its key, and of the keys in it; `UserError` without such a section."""
-    tops = {row.key.removeprefix("observe[].").split(".")[0].removesuffix("[]") for row in rows}
+    tops = [row.key.removeprefix("observe[].").split(".")[0].removesuffix("[]") for row in rows]
     if name not in tops:
-        raise UserError(f"keys: no section {name!r}; {suggestion(name, sorted(tops))}")
-    found = []
-    for row in rows:
-        parts = row.key.removeprefix("observe[].").split(".")
-        if parts[0].removesuffix("[]") == name:
-            found.append(row)
-    return found
+        raise UserError(f"keys: no section {name!r}; {suggestion(name, sorted(set(tops)))}")
+    return [row for row, top in zip(rows, tops) if top == name]
 
 
 def text_of(model: Any) -> str:
