@@ -93,12 +93,6 @@ def test_width_against_chi():
     assert "fewer than three" in few.undecided
 
 
-def sweep_of(data, **series):
-    """A collected sweep with one point and the scene of that data."""
-    scene = json.dumps(Scene(data).data)
-    return xr.Dataset(series | {"scene": ("replica", [scene])})
-
-
 FLUID = {
     "dimension": 3,
     "box": 10,
@@ -146,26 +140,6 @@ def test_viscosity_without_shear():
     assert found.at_rest.value == pytest.approx(0.3)
     assert found.slope == pytest.approx(-0.05 / 3)
     assert 0 < found.at_rest.error < 0.01
-
-
-def test_labels_of_a_sweep():
-    """D of profiles in blocks, whose times are the middles of the blocks."""
-    z, q, blocks, replicas = np.arange(10) + 0.5, 2 * np.pi / 10, 50, 3
-    molecules = [{"architecture": name, "density": 1.5} for name in "AB"]
-    data = FLUID | {"molecules": molecules, "repulsion": {"A A": 25, "A B": 25, "B B": 25},
-                    "steps": {"sample": 1000}}  # fmt: skip
-    time = (np.arange(blocks) + 0.5) * 20 * 0.04
-    wave = np.exp(-0.3 * q**2 * time)[:, None] * np.sin(q * z)
-    density = np.stack([1.5 + wave, 1.5 - wave], axis=1)
-    runs = (
-        sweep_of(data)
-        .isel(replica=[0] * replicas)
-        .assign(density_profile=(("replica", "block", "species", "z"), [density] * replicas))
-    )
-    found, mean, at = module("text_viscosity").of_labels(runs.assign_coords(z=z))
-    assert found.value == pytest.approx(0.3, rel=1e-6)
-    assert at == pytest.approx(time)
-    assert mean == pytest.approx(2 * np.exp(-0.3 * q**2 * time))
 
 
 def test_power_and_misses_of_the_schmidt_number():

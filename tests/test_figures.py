@@ -1,4 +1,6 @@
-"""Numbers that the figures of Liu et al. 2008 read off their runs, on curves that are known."""
+"""What figures of Liu et al. 2008, and of the manual of 1998, read off data that are known."""
+
+import json
 
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import xarray as xr
 from dpd.analysis.diffusion import Resampled
 from dpd.analysis.published import published
 from dpd.report.figures import load_module
+from paper_figures.cerius2_1998 import copolymer_melts, morphology
 from paper_figures.liu_2008.plateau import plateau
 
 PAPER = "liu_2008"
@@ -94,3 +97,60 @@ def test_the_share_at_our_core_and_what_its_error_is_worth():
     assert found["share"].error == pytest.approx(np.log10(np.e), rel=0.01)
     there = 0.25 - np.log(figure.SHARE / 1e-3) / 100  # of the printed share
     assert found["share_contact"].value == pytest.approx(there / 0.3)
+
+
+EDGE, CELLS = 10.0, 16
+
+
+def ball(radius):
+    """Density of A: 3 in a ball in the middle of the box, 0 outside."""
+    place = (np.arange(CELLS) + 0.5) * EDGE / CELLS - EDGE / 2
+    apart = np.sqrt(sum(part**2 for part in np.meshgrid(place, place, place, indexing="ij")))
+    return np.where(apart < radius, 3.0, 0.0)
+
+
+@pytest.fixture
+def triblock():
+    """Runs in which A is spread evenly at first and in a ball afterwards."""
+    frames, radius = 40, 3.5
+    late = ball(radius)
+    field = np.zeros((1, frames, 2, CELLS, CELLS, CELLS), np.float32)
+    field[:, :, 0] = late
+    field[:, 0, 0] = late.mean()
+    scene = {
+        "dimension": 3, "box": EDGE, "molecules": [{"architecture": "A", "density": 3}],
+        "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+        "steps": {"sample": 10},
+    }  # fmt: skip
+    runs = xr.Dataset(
+        {
+            "density_field": (("replica", "frame", "species", "x", "y", "z"), field),
+            "field_time": (("replica", "frame"), 2.0 + 4.0 * np.arange(frames)[None]),
+            "scene": ("replica", [json.dumps(scene)]),
+        },
+        {"species": ["A", "W"]},
+    )
+    return {"triblock": runs}
+
+
+def test_where_a_resides(triblock):
+    """A is in the ball, and the surface of the smoothed density stands a little out from it."""
+    data = morphology.compute(triblock)
+    assert list(data.shown_time.values[[0, -1]]) == [2.0, 158.0]
+    assert float(data.inside[0]) == float(data.volume[0]) == 1.0  # evenly spread, above 0.4
+    found = morphology.measured(data)
+    least, most = (1 / float((ball(radius) > 0).mean()) for radius in (4.5, 3.5))
+    assert least < found["resides"].value < most
+
+
+def test_vectors_of_a_lattice():
+    """Multiples of one vector; sums of three at 60 degrees; none without a lattice."""
+    vectors = np.array([[1, 0, 0], [3, 0, 0], [0, 2, 0], [1, 1, 0], [1, -2, 0], [0.5, 0, 0]])
+    along = copolymer_melts.on_lattice(vectors, vectors[:1])
+    assert along.tolist() == [True, True, False, False, False, False]
+    root = np.sqrt(3) / 2
+    first = np.array([[1, 0, 0], [0.5, root, 0], [0.5, -root, 0]])
+    others = np.array([[0, 2 * root, 0], [2, 0, 0], [2.5, root, 0], [0, root, 0], [1, 0, 1]])
+    found = copolymer_melts.on_lattice(others, first)
+    assert found.tolist() == [True, True, True, False, False]
+    assert not copolymer_melts.on_lattice(others, np.empty((0, 0))).any()
