@@ -15,9 +15,6 @@ from dpd.analysis.interfaces import (
     bulk_fraction,
     chi_and_error,
     chi_of_composition,
-    composition,
-    in_bulk,
-    slabs,
 )
 from dpd.analysis.statistics import (
     block_mean_and_error,
@@ -102,13 +99,14 @@ def made_up_run(folder, seed, dt, kT, **more):
     return path, scene
 
 
-def test_a_sweep_keeps_series_whole(tmp_path):
-    """Of numbers and of tensors, those that it names, run by run."""
+def test_a_sweep_keeps_series_and_their_trends(tmp_path):
+    """Of numbers and of tensors, those that it names, run by run; slopes of all, NaN if lost."""
     rng, points, paths, tensors = np.random.default_rng(3), [], [], []
-    for seed in range(2):
+    for seed, slope in enumerate((0.3, np.nan)):
         tensors.append(rng.normal(size=(50, 2, 2)))
         tensor = (("sample", "axis", "axis2"), tensors[-1], "kT / r_c^2", "pressure tensor")
-        path, scene = made_up_run(tmp_path, seed, 0.04, np.ones(50), pressure_tensor=tensor)
+        kT = 1 + slope * 0.04 * np.arange(1, 51)
+        path, scene = made_up_run(tmp_path, seed, 0.04, kT, pressure_tensor=tensor)
         paths.append(path)
         points.append(Point(str(seed), (seed,), scene))
     sweep = Sweep("made up", (Axis("replica", (0, 1), "1", "replica"),), tuple(points))
@@ -118,21 +116,9 @@ def test_a_sweep_keeps_series_whole(tmp_path):
     assert (found.pressure_tensor_series.values == tensors).all()
     assert found.pressure_tensor_series.units == "kT / r_c^2"
     assert "kT_series" not in found
-
-
-def test_a_sweep_keeps_the_trends_of_its_series(tmp_path):
-    """Two runs with time axes of their own: slopes per tau, and NaN for the one that blew up."""
-    points, paths = [], []
-    for seed, (dt, slope) in enumerate(((0.01, 0.3), (0.04, np.nan))):
-        time = dt * np.arange(1, 51)
-        path, scene = made_up_run(tmp_path, seed, dt, 1 + slope * time)
-        paths.append(path)
-        points.append(Point(str(dt), (dt, 0), scene))
-    axes = (Axis("dt", (0.01, 0.04), "tau", "time step"), Axis("replica", (0,), "1", "replica"))
-    found = collect(Sweep("made up", axes, tuple(points)), paths).isel(replica=0)
     assert found.kT_trend.values == pytest.approx([0.3, np.nan], nan_ok=True)
-    assert found.kT_trend_error.values == pytest.approx([0, np.nan], abs=1e-12, nan_ok=True)
-    assert found.kT_spread.values == pytest.approx([0, np.nan], abs=1e-12, nan_ok=True)
+    for name in ("kT_trend_error", "kT_spread"):
+        assert found[name].values == pytest.approx([0, np.nan], abs=1e-12, nan_ok=True)
     assert (found.kT_trend.units, found.kT_spread.units) == ("kT / tau", "kT")
 
 
@@ -186,37 +172,6 @@ def test_linear_fit_recovers_and_widens():
             linear_fit(basis, y, np.append(np.full(39, 0.1), broken))
 
 
-def test_linear_fit_of_terms_that_are_nearly_alike():
-    """Powers of a number between 100 and 101: normal equations keep two digits of the constant."""
-    x = np.linspace(100, 101, 30)
-    basis = np.stack([np.ones_like(x), x, x**2])
-    found = linear_fit(basis, 3.0 + x - 0.5 * x**2, np.full(30, 0.1))
-    np.testing.assert_allclose(found.values, [3, 1, -0.5], rtol=1e-4)
-
-
-def slab_profile(phi, blocks=40, bins=100, seed=4):
-    """Counts of two slabs with a known minority fraction, Poisson like beads."""
-    rng = np.random.default_rng(seed)
-    z = (np.arange(bins) + 0.5) * 20 / bins
-    in_a = z < 10
-    mean = np.where(in_a, 1 - phi, phi)
-    counts = np.stack(
-        [rng.poisson(300 * mean, (blocks, bins)), rng.poisson(300 * (1 - mean), (blocks, bins))], 1
-    )
-    return counts / 100.0, z
-
-
-def test_composition_of_known_slabs():
-    """The fraction comes back within its error, without drift, with the beads counted."""
-    density, z = slab_profile(0.02)
-    seen = slabs(density, z, 20.0)
-    found = composition(seen, 1.0)
-    assert abs(found.fraction - 0.02) < 4 * found.error
-    assert found.settled
-    bins = 4 * in_bulk(seen.distance).sum()
-    assert found.counted == pytest.approx(3 * 0.02 * bins, rel=0.1)
-
-
 @pytest.mark.parametrize(("decay", "height"), [(0.3, 0.2), (0.8, 0.1), (1.1, 0.05)])
 def test_tails_of_interfaces_are_taken_off(decay, height):
     """Exponential tails from both interfaces leave the bulk fraction as it is."""
@@ -249,7 +204,6 @@ def test_chi_carries_the_error():
         ({"value": 0.533, "rival": 0.5}, 0.53, 0.01, verdicts.REPLICATED),
         ({"value": 0.07}, 0.042, 0.025, verdicts.NOT_REACHED),
         ({"value": 0.07}, 0.052, 0.025, verdicts.REPLICATED),
-        ({"value": 0.07}, 0.015, 0.025, verdicts.DEVIATES),
         ({"value": 0, "rival": 0.02}, 0.0, 0.02, verdicts.NOT_REACHED),
         ({"value": 0}, 1.5, 1.0, verdicts.REPLICATED),
         ({"range": [None, 0]}, -0.1, 0.01, verdicts.REPLICATED),

@@ -11,12 +11,6 @@ def test_a_bond_without_repulsion():
     assert mean_length(4, 0) == pytest.approx(np.sqrt(8 / (np.pi * 4)), rel=1e-6)
 
 
-def test_a_stiff_bond_has_its_rest_length():
-    """In the limit; before it, 2 / (C l) is added by the measure r^2."""
-    assert mean_length(1e6, 0.4) == pytest.approx(0.4, abs=1e-5)
-    assert mean_length(1000, 0.4) == pytest.approx(0.4 + 2 / (1000 * 0.4), rel=1e-3)
-
-
 def test_the_soft_repulsion_is_a_second_spring():
     """Below r_c both are harmonic: one spring with the sum of the stiffnesses, and its mean."""
     stiffness, rest, a = 400.0, 0.3, 40.0

@@ -6,10 +6,8 @@ import pytest
 from dpd.theory.equation_of_state import second_virial
 from dpd.theory.integral_equations import (
     RANGE,
-    K,
     NoSolution,
     R,
-    Structure,
     potentials,
     solve,
     transform,
@@ -44,13 +42,6 @@ def test_it_converges_in_the_whole_range(density, a):
     assert fluid.structure_factors().min() > 0 and fluid.g.min() > -1e-12
 
 
-def test_the_transform_is_that_of_a_gaussian():
-    """exp(-r^2 / 2) and (2 pi)^(3/2) exp(-k^2 / 2)."""
-    gaussian = np.exp(-(R**2) / 2)[:, None, None]
-    expected = (2 * np.pi) ** 1.5 * np.exp(-(K**2) / 2)
-    np.testing.assert_allclose(transform(gaussian)[:, 0, 0], expected, atol=1e-10)
-
-
 @pytest.mark.parametrize("a", [1.0, 25.0, 130.0])
 def test_low_density_is_the_second_virial_coefficient(a):
     """p = rho + B2 rho^2, mu = 2 B2 rho, dp/drho = 1 + 2 B2 rho; the structure is exp(-u)."""
@@ -60,13 +51,6 @@ def test_low_density_is_the_second_virial_coefficient(a):
     assert excess_chemical_potentials(fluid)[0] / rho == pytest.approx(2 * b2, rel=1e-3)
     assert (inverse_compressibility(fluid) - 1) / rho == pytest.approx(2 * b2, rel=1e-3)
     np.testing.assert_allclose(fluid.g, np.exp(-potentials(fluid.repulsions)), atol=2e-3)
-
-
-def test_without_repulsion_it_is_an_ideal_gas():
-    gas = solve(4, 0)
-    assert pressure(gas) == 4 and energy(gas) == 0
-    assert excess_chemical_potentials(gas)[0] == 0 and inverse_compressibility(gas) == 1
-    np.testing.assert_array_equal(gas.g, 1)
 
 
 @pytest.mark.parametrize("state", [(3.0, 25.0), (5.0, 15.0), (2.0, 100.0)])
@@ -117,15 +101,10 @@ def test_the_cavity_function_is_smooth_where_the_potential_ends():
 
 
 @pytest.mark.thorough
-def test_no_solution_names_the_last_state_that_converged():
-    """A mixture that separates: fluctuations of composition grow without bound."""
-    with pytest.raises(NoSolution, match=r"HNC has no solution at density 1\.5, 1\.5") as caught:
+def test_a_mixture_that_separates_has_no_solution():
+    """Fluctuations of composition grow without bound."""
+    with pytest.raises(NoSolution, match=r"no solution at density 1\.5, 1\.5 and repulsion 25, 60"):
         solve([1.5, 1.5], [[25, 60], [60, 25]])
-    last = caught.value.last
-    assert isinstance(last, Structure) and 0 < last.repulsions[0, 1] < 60
-    assert f"{last.repulsions[0, 1]:.5g}" in str(caught.value)
-    again = solve(last.densities, last.repulsions, start=last)
-    np.testing.assert_allclose(again.g, last.g, atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -133,18 +112,11 @@ def test_no_solution_names_the_last_state_that_converged():
     [
         (0, 25, "density: 0 is out of range; allowed: at least one above 0"),
         (3, -25, "repulsion: -25 is out of range"),
-        (3, np.nan, "repulsion: nan is out of range"),
-        ([[3]], [[25]], "densities: .1, 1. is not the shape of a list"),
-        ([1, 2], 25, "not their shape for 2 species"),
-        ([1, 2], [[25, 30], [31, 25]], "not symmetric"),
+        ([1, 2], 25, "n rows and columns"),
+        ([1, 2], [[25, 30], [31, 25]], "a_ij = a_ji"),
     ],
 )
 def test_bad_states_are_one_message(densities, repulsions, message):
     with pytest.raises(ValueError, match=message) as caught:
         solve(densities, repulsions)
     assert "\n" not in str(caught.value)
-
-
-def test_a_distance_beyond_the_grid_is_refused():
-    with pytest.raises(ValueError, match="distance: "):
-        solve(3, 25).ln_y(30.0)

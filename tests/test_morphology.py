@@ -54,30 +54,17 @@ def columns(first, second, share):
     return domain
 
 
-def spheres(box, cells, radius):
-    """Spheres on a body-centred cubic lattice."""
-    edge = box[0] / cells
-    sites = np.array([(0, 0, 0), (0.5, 0.5, 0.5)]) * edge
-
-    def domain(place):
-        apart = place[:, None] - sites.T[:, :, None]
-        apart -= edge * np.round(apart / edge)
-        return radius - np.sqrt((apart**2).sum(axis=0)).min(axis=0)
-
-    return domain
-
-
 CUBE = (12.0, 12.0, 12.0)
 UNIT = 2 * np.pi / 12
 
 
 @pytest.mark.few(4)
-@pytest.mark.parametrize("direction", [(2, 0, 0), (0, 0, 2), (1, 1, 1), (2, 0, 1), (1, -2, 0)])
+@pytest.mark.parametrize("direction", [(2, 0, 0), (1, 1, 1), (1, -2, 0), (2, 1)])
 @pytest.mark.parametrize("share", [0.5, 0.3])
 def test_lamellae(direction, share):
-    """In any direction; those of equal thickness have no second order, but a third."""
+    """In any direction, stripes too; those of equal thickness have no second order, but a third."""
     vector = UNIT * np.array(direction)
-    phase = phase_of(strengths(layers(vector, share), CUBE))
+    phase = phase_of(strengths(layers(vector, share), CUBE[: len(direction)]))
     assert phase.name == "lamellae", phase
     assert phase.spacing == pytest.approx(2 * np.pi / np.linalg.norm(vector))
     one, two, three = phase.orders
@@ -86,12 +73,6 @@ def test_lamellae(direction, share):
     sharp = (np.sin(np.pi * share) / (np.pi * share)) ** 2
     assert one.strength == pytest.approx(sharp * blurred, rel=0.05)
     assert two.is_peak == (share == 0.3) and (three.is_peak or share == 0.3)
-
-
-def test_layers_in_a_plane():
-    """Stripes are the lamellae of two dimensions."""
-    phase = phase_of(strengths(layers((2 * UNIT, UNIT), 0.4), CUBE[:2]))
-    assert phase.name == "lamellae" and len(phase.first) == 1
 
 
 TALL = 24 / np.sqrt(3)  # the edge that a hexagonal lattice has beside one of 12
@@ -118,32 +99,15 @@ def test_cylinders(name):
     assert phase.spacing == pytest.approx(4 * np.pi / np.sqrt(3) / spacing)
 
 
-def everywhere(place):
-    """No order."""
-    return np.ones(place.shape[1])
-
-
-@pytest.mark.thorough
 def test_disorder():
-    """Beads anywhere: strengths of 1 / N; and micelles anywhere, which have no lattice."""
-    phase = phase_of(strengths(everywhere, CUBE))
+    """Beads anywhere: strengths of 1 / N."""
+    phase = phase_of(strengths(lambda place: np.ones(place.shape[1]), CUBE))
     assert phase.name == "disordered" and phase.orders == () and np.isnan(phase.spacing)
     assert "0.05" in phase.reason
-    rng = np.random.default_rng(0)
-    centres = rng.random((3, 60)) * 20
-
-    def micelles(place):
-        apart = place[:, :, None] - centres[:, None]
-        apart -= 20 * np.round(apart / 20)
-        return 1.5 - np.sqrt((apart**2).sum(axis=0)).min(axis=1)
-
-    found = strengths(micelles, (20.0, 20.0, 20.0), most=2.0)
-    assert phase_of(found).name in ("disordered", "none")
 
 
 def test_phases_without_a_rule_have_no_name():
-    """Spheres on a lattice, crossed layers, one density wave without higher orders."""
-    assert phase_of(strengths(spheres(CUBE, 2, 1.8), CUBE)).name == "none"
+    """Crossed layers, one density wave without higher orders."""
     one, other = layers((2 * UNIT, 0, 0), 0.5), layers((0, 2 * UNIT, 0), 0.5)
     crossed = phase_of(strengths(lambda place: one(place) + other(place), CUBE))
     assert crossed.name == "none" and "2 wave vectors" in crossed.reason

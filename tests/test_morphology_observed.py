@@ -209,18 +209,13 @@ def test_threads_and_kills_leave_the_bits(tmp_path):
 # What is refused.
 
 REFUSED = {
-    "spacing": (
-        {"density_field": {"spacing": 3}}, ["observe.density_field.spacing", "3", "<= 2.5"],
-    ),
     "frames": (
         {"density_field": {"every": 1, "average": 1, "spacing": 0.01}},
         ["observe.density_field", "60 frames", "5.4e+07", "allowed: <= 10000000"],
     ),
-    "max": ({"structure_factor": {"max": 1}}, ["observe.structure_factor.max", ">= 1.047"]),
     "waves": (
         {"structure_factor": {"max": 1000}}, ["observe.structure_factor.max", "1000", "vectors"],
     ),
-    "species": ({"mixing": {}}, ["observe: 'mixing'", "single species"]),
 }  # fmt: skip
 
 
@@ -230,9 +225,6 @@ def test_what_is_refused(name, monkeypatch):
     monkeypatch.setattr("dpd.observe.density_field.MOST_CELLS", 10**7)
     observe, parts = REFUSED[name]
     data = PLANE if name != "waves" else PLANE | {"box": 60.0}
-    if name == "species":
-        alone = [{"architecture": "A 2", "count": 20}]
-        data = PLANE | {"molecules": alone, "repulsion": {"A A": 25}}
     with pytest.raises(UserError) as problem:
         Scene(data | {"observe": [observe]}, "scene.yaml")
     for part in ["scene.yaml", *parts]:

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from dpd.analysis.diffusion import Resampled, relaxation_time
 from dpd.analysis.statistics import block_mean_and_error, jackknife
 from dpd.analysis.structure import fall, rise
 
@@ -50,20 +49,3 @@ def test_jackknife_of_a_mean_is_its_standard_error():
     assert jackknife(blocks, lambda mean: mean[0]) == pytest.approx((blocks.mean(), error))
     squared = jackknife(blocks, lambda mean: mean[0] ** 2)[1]
     assert squared == pytest.approx(2 * blocks.mean() * error, rel=0.05)
-
-
-def correlation(tau, noise=0.0, groups=20):
-    """C(t) of Rouse chains (Doi and Edwards 1986, Eq. 4.35), with jackknife rows."""
-    time = np.geomspace(0.1, 10 * tau, 200)
-    modes = np.arange(1, 200, 2)[:, None]
-    value = (8 / np.pi**2 * np.exp(-(modes**2) * time / tau) / modes**2).sum(axis=0)
-    rows = value * (1 + noise * np.random.default_rng(2).normal(size=(groups, 1)))
-    return Resampled(time, value, rows, rows)
-
-
-def test_relaxation_time_of_the_slowest_mode():
-    """That of a Rouse chain, whose next one, nine times quicker, shows no more from 0.6 on."""
-    tau, error = relaxation_time(correlation(50.0), 1.0)
-    assert tau == pytest.approx(50.0, rel=0.01)
-    assert error == pytest.approx(0.0, abs=1e-9)
-    assert np.isnan(relaxation_time(correlation(50.0), 1e3)[0])  # never in the tail

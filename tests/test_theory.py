@@ -10,18 +10,12 @@ from paper_figures.groot_warren_1997 import flory_huggins as fh
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("a", [0.1, 15.0, 25.0, 30.0])
+@pytest.mark.parametrize("a", [0.1, 25.0])
 def test_second_virial_is_the_mayer_integral(a, dimension):
     """B2 = -1/2 integral of (exp(-u) - 1) over space."""
     surface = {2: lambda r: 2 * np.pi * r, 3: lambda r: 4 * np.pi * r**2}[dimension]
     integral, _ = quad(lambda r: surface(r) * np.expm1(-a * (1 - r) ** 2 / 2), 0, 1)
     assert second_virial(a, dimension) == pytest.approx(-integral / 2, rel=1e-10)
-
-
-@pytest.mark.parametrize(("a", "printed"), [(15, 0.0509), (25, 0.0384), (30, 0.0343)])
-def test_second_virial_as_printed(a, printed):
-    """Groot and Warren 1997, below Fig. 4."""
-    assert second_virial(a) / a == pytest.approx(printed, abs=5e-5)
 
 
 def test_weak_repulsion_is_mean_field():

@@ -12,12 +12,7 @@ import xarray as xr
 from xarray.backends import NetCDF4DataStore
 
 from dpd import files
-from dpd.analysis.statistics import (
-    block_mean_and_error,
-    correlation_time,
-    spread_of_mean,
-    trend,
-)
+from dpd.analysis.statistics import block_mean_and_error, correlation_time, spread_of_mean, trend
 from dpd.errors import UserError, reason
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources, stage_digest
@@ -123,10 +118,7 @@ def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False
 
 
 def name_of(path: str | Path) -> str:
-    """The name of the sweep or measurement that a file holds.
-
-    Raises `UserError` if there is no such file, or it holds neither.
-    """
+    """The name of the sweep or measurement that a file holds."""
     for kind in ("sweep", "measurement"):
         with suppress(AttributeError):
             return files.attribute(path, kind)
@@ -191,10 +183,11 @@ def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:
     shape = np.max([array.shape for array in arrays], axis=0)
     if all((array.shape == shape).all() for array in arrays):
         return arrays
-    padded = [np.full(shape, np.nan) for _ in arrays]
-    for array, whole in zip(arrays, padded):
-        whole[tuple(slice(n) for n in array.shape)] = array
-    return padded
+    room = [shape - array.shape for array in arrays]
+    return [
+        np.pad(array.astype(float), [(0, n) for n in more], constant_values=np.nan)
+        for array, more in zip(arrays, room)
+    ]
 
 
 def _read(path, scene, any_version):
@@ -216,11 +209,7 @@ def reading(
     kind: str = "NetCDF file",
     remedy: str = "delete it and let snakemake make it again",
 ) -> Iterator[None]:
-    """Turn what libraries raise over a missing or damaged file into a sentence.
-
-    ``path``: of the file that is read inside of the ``with``. ``kind``: what it should be.
-    ``remedy``: what to do about a damaged one.
-    """
+    """Turn what libraries raise over a missing or damaged file, read within, into a sentence."""
     if not Path(path).is_file():
         raise UserError(f"{path}: there is no such file; let snakemake make it")
     try:
@@ -232,10 +221,7 @@ def reading(
 
 
 def load(path: str | Path, remedy: str = "delete it and let snakemake make it again") -> xr.Dataset:
-    """Read a dataset that `save` or a run has written.
-
-    Raises `UserError` if it is missing or damaged, with what to do about a damaged one.
-    """
+    """Read a dataset that `save` or a run has written."""
     with reading(path, remedy=remedy), files.opened(path) as file:
         return xr.open_dataset(NetCDF4DataStore(file)).load()
 

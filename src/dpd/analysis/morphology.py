@@ -8,8 +8,7 @@ and its higher orders stand at whole-numbered sums of them:
 
 - lamellae have one vector q1, and peaks at 1 : 2 : 3 (of layers of equal thickness at 1 : 3);
 - hexagonally packed cylinders (in two dimensions, discs) have three, at 60 degrees to each other
-  in a plane, and peaks at 1 : sqrt(3) : 2 : sqrt(7). Those at sqrt(3) and 2 are weak where
-  cylinders fill 0.3 of the volume: the form factor of a cylinder is 0 between them.
+  in a plane, and peaks at 1 : sqrt(3) : 2 : sqrt(7).
 
 A peak of higher order may be far weaker than the first, and in a small box little above the noise
 of the beads. So it counts where it stands above every other wave vector of about its length, and
@@ -20,16 +19,13 @@ vectors and noise alone, 1 in 20 is named if it averages 10 independent looks, 1
 This is how Groot and Madden, J. Chem. Phys. 108, 8713 (1998), name the phases of A_m B_n. The
 limits below are ours. For sharp interfaces q1 has the strength 0.41 in symmetric lamellae and 0.30
 in cylinders that fill 0.3 of the volume; fluctuations take a part of that. Where no rule fits, the
-phase is called "none": it may be another one, as spheres or a gyroid, or not have settled.
-
-"Lamellae" is whatever has one strong direction. So layers with holes (perforated lamellae) are
-lamellae here, as are layers in most of the box beside others in a small part of it, and two liquids
-that have separated into slabs. Look at the density field before you believe a name.
+phase is called "none": it may be another one, as spheres or a gyroid, or not have settled. Layers
+with holes, and two liquids in slabs, are lamellae here: look at the density field as well.
 """
 
 from __future__ import annotations
 
-from itertools import permutations, product
+from itertools import permutations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -47,6 +43,7 @@ RISES = 1.2  # factor by which a peak of higher order stands above the others of
 AROUND = 0.05  # share of |q| within which wave vectors are about as long
 ENOUGH = 4  # of these, without which it cannot be said that a peak stands above them
 STRAINED = 0.15  # share by which first-order vectors may differ in length, as a box is no crystal
+SIGNS = np.array([(1, 1, 1), (1, 1, -1), (1, -1, 1), (1, -1, -1)])  # of three vectors
 LAMELLAE, CYLINDERS, DISORDERED, NONE = "lamellae", "cylinders", "disordered", "none"
 
 
@@ -108,25 +105,22 @@ def phase_of(found: Strengths) -> Phase:
     single one some wave vector may by chance stand above all others of its length.
     """
     strongest = found.strength.max()
+    nowhere = np.empty((0, 0))
     if not np.isfinite(strongest):
-        return _unordered(NONE, "there are no samples")
+        return Phase(NONE, "there are no samples", nowhere, (), np.nan)
     if strongest < ORDERED:
-        return _unordered(
-            DISORDERED, f"the strongest wave vector has {strongest:.2g}, below {ORDERED:g}"
-        )
+        reason = f"the strongest wave vector has {strongest:.2g}, below {ORDERED:g}"
+        return Phase(DISORDERED, reason, nowhere, (), np.nan)
     first = _first_order(found)
     if len(first) == 1:
         return _lamellae(found, first)
     if len(first) == 3:
         return _cylinders(found, first)
-    return _unordered(
-        NONE, f"{len(first)} wave vectors are about as strong as the strongest", first
-    )
+    return _unnamed(first, f"{len(first)} wave vectors are about as strong as the strongest")
 
 
-def _unordered(name, reason, first=None):
-    """A phase without a lattice that a rule knows."""
-    return Phase(name, reason, np.empty((0, 0)) if first is None else first, (), np.nan)
+def _unnamed(first, reason):
+    return Phase(NONE, reason, first, (), np.nan)
 
 
 def _first_order(found):
@@ -134,46 +128,40 @@ def _first_order(found):
     order = np.argsort(-found.strength, kind="stable")
     strong = order[found.strength[order] >= ALIKE * found.strength[order[0]]]
     vectors = found.vectors[strong]
-    multiples = [
-        any(_same(vector, factor * other) for factor in (2, 3) for other in vectors)
-        for vector in vectors
-    ]
-    return vectors[~np.array(multiples)]
+    multiples = [_same(vectors[:, None], factor * vectors).any(axis=1) for factor in (2, 3)]
+    return vectors[~np.any(multiples, axis=0)]
 
 
 def _lamellae(found, first):
     orders = _orders(found, first, [[[factor]] for factor in (1, 2, 3)])
-    higher = [order for order in orders[1:] if order.is_peak]
-    if not higher:
-        return _unordered(
-            NONE, "one wave vector is strong, without a peak at 2 or 3 times it", first
-        )
-    seen = " : ".join(f"{order.ratio:.3g}" for order in (orders[0], *higher))
+    seen = _peaks(orders)
+    if not seen:
+        return _unnamed(first, "one wave vector is strong, without a peak at 2 or 3 times it")
     spacing = 2 * np.pi / np.linalg.norm(first[0])
     return Phase(LAMELLAE, f"peaks along one direction at {seen}", first, orders, float(spacing))
 
 
+def _peaks(orders):
+    """The ratios of the first order and of the peaks above it; nothing without any."""
+    higher = [order for order in orders[1:] if order.is_peak]
+    return " : ".join(f"{order.ratio:.3g}" for order in (orders[0], *higher)) if higher else ""
+
+
 def _cylinders(found, first):
     lengths = np.linalg.norm(first, axis=1)
-    signs = next((s for s in product((1, -1), repeat=2) if _closes(first, s)), None)
+    signs = next((s for s in SIGNS if _same(s @ first, 0 * first[0])), None)
     if signs is None or lengths.max() > (1 + STRAINED) * lengths.min():
-        return _unordered(NONE, "three wave vectors are strong, which are not at 60 degrees", first)
-    one, two, three = np.array([1, *signs])[:, None] * np.eye(3)  # whose sum is zero
+        return _unnamed(first, "three wave vectors are strong, which are not at 60 degrees")
+    one, two, three = signs[:, None] * np.eye(3)  # whose sum is zero
     apart = [one - two, two - three, three - one]
     far = [2 * a - b for a, b in permutations((one, two, three), 2)]
     orders = _orders(found, first, [np.eye(3), apart, 2 * np.eye(3), far])
-    higher = [order for order in orders[1:] if order.is_peak]
-    if not higher:
+    seen = _peaks(orders)
+    if not seen:
         why = "three vectors at 60 degrees are strong, without peaks at sqrt(3), 2 or sqrt(7)"
-        return _unordered(NONE, why, first)
-    seen = " : ".join(f"{order.ratio:.3g}" for order in (orders[0], *higher))
+        return _unnamed(first, why)
     spacing = 4 * np.pi / (np.sqrt(3) * lengths.mean())
     return Phase(CYLINDERS, f"hexagonal peaks at {seen}", first, orders, float(spacing))
-
-
-def _closes(first, signs):
-    """Whether three vectors with these signs of the last two make a triangle."""
-    return _same(first[0] + signs[0] * first[1] + signs[1] * first[2], 0 * first[0])
 
 
 def _orders(found, first, sums_of_orders):
@@ -197,13 +185,11 @@ def _order(found, places, own, first):
 
 def _place(found, vector):
     """The number of a wave vector, or of its opposite; None if it is longer than the longest."""
-    for sign in (1, -1):
-        same = np.flatnonzero(np.abs(found.vectors - sign * vector).max(axis=1) < 1e-6)
-        if len(same):
-            return int(same[0])
-    return None
+    same = np.flatnonzero(_same(found.vectors, vector))
+    return int(same[0]) if len(same) else None
 
 
 def _same(one, other):
-    """Whether two wave vectors, or one and the other's opposite, are the same."""
-    return bool(np.abs(one - other).max() < 1e-6 or np.abs(one + other).max() < 1e-6)
+    """Whether wave vectors, (..., dimension), are others, or the opposite of those."""
+    apart = [np.abs(one - sign * other).max(axis=-1) for sign in (1, -1)]
+    return np.minimum(*apart) < 1e-6

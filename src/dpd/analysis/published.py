@@ -17,10 +17,7 @@ from dpd.sentences import read_section
 
 @dataclass(frozen=True)
 class Number:
-    """A published number, as a figure draws it and as captions say it; NaN for what is not given.
-
-    ``low``, ``high``: ends of the range that the text allows.
-    """
+    """A published number, or range, as figures show it; NaN for what is not given."""
 
     value: float = math.nan
     error: float = math.nan
@@ -83,15 +80,14 @@ class Shown(dict):
         self.paper, self.figure = paper, figure
 
     def __missing__(self, name):
-        known = published(self.paper)
+        file, known = published_file(self.paper), published(self.paper)
         if name in known:
             raise UserError(
-                f"{published_file(self.paper)}: {name}: {self.figure} shows it; write 'shown_in: "
-                f"[{self.figure}]' there, so that the figure is drawn again when the number changes"
+                f"{file}: {name}: {self.figure} shows it; write 'shown_in: [{self.figure}]' there, "
+                "so that the figure is drawn again when the number changes"
             )
         raise UserError(
-            f"{published_file(self.paper)}: {self.figure} shows {name!r}, which is not there; "
-            f"{suggestion(name, known)}"
+            f"{file}: {self.figure} shows {name!r}, which is not there; {suggestion(name, known)}"
         )
 
 
@@ -102,10 +98,7 @@ def published_file(paper: str) -> Path:
 
 @cache
 def published(paper: str) -> dict[str, dict[str, Any]]:
-    """Published numbers of a paper, if it has any: name to what published.yaml says of it.
-
-    Raises `UserError` if an entry is not as `Entry` has it.
-    """
+    """Published numbers of a paper, if it has any: name to an `Entry` as published.yaml has it."""
     path = published_file(paper)
     table = read_yaml(path) if path.is_file() else {}
     for name, entry in table.items():
@@ -124,13 +117,11 @@ def entries_of(paper: str, figure: str) -> dict[str, dict[str, Any]]:
 
 def shown_by(file: str) -> Shown:
     """Published numbers that a figure, by its ``__file__``, measures, or that are `shown_in` it."""
-    path = Path(file)
-    paper, figure = path.parent.name, path.stem
-    entries = entries_of(paper, figure)
-    return Shown({name: _number(entry) for name, entry in entries.items()}, paper, figure)
-
-
-def _number(entry):
-    given = {name: entry[name] for name in ("value", "error", "rounding", "rival") if name in entry}
-    ends = zip(("low", "high"), entry.get("range", ()))
-    return Number(**given, **{name: end for name, end in ends if end is not None})
+    paper, figure = Path(file).parent.name, Path(file).stem
+    shown = Shown({}, paper, figure)
+    for name, entry in entries_of(paper, figure).items():
+        low, high = entry.get("range", (None, None))
+        given = {k: entry.get(k) for k in ("value", "error", "rounding", "rival")}
+        given |= {"low": low, "high": high}
+        shown[name] = Number(**{k: number for k, number in given.items() if number is not None})
+    return shown

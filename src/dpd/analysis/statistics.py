@@ -39,7 +39,7 @@ STEADY = 1e-10  # variance of the logarithm of an error that does not scatter
 
 
 class _Tape:
-    """What taped functions gave, in the order of their calls, with the degrees of their errors."""
+    """What taped functions gave, in their order, with the degrees of freedom of their errors."""
 
     def __init__(self) -> None:
         self.made: list[tuple[str, Any, Any]] = []
@@ -77,7 +77,7 @@ _tape: _Tape | None = None
 
 
 def taped(function: Callable[P, R]) -> Callable[P, R]:
-    """Make a function that gives a value and its error, or takes long, part of `degrees_of`."""
+    """Let `degrees_of` know a function that gives a value and its error, or takes long."""
 
     @wraps(function)
     def played(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -89,7 +89,7 @@ def taped(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def widened_by(degrees: Any, factor: Any) -> Any:
-    """Student's factor on an error; another one each time while `degrees_of` makes errors again."""
+    """Student's factor on an error; scattered while `degrees_of` makes errors again."""
     if _tape is not None and _tape.at is None:
         _tape.degrees = degrees
     if _tape is not None and _tape.at is not None:
@@ -100,13 +100,12 @@ def widened_by(degrees: Any, factor: Any) -> Any:
 def degrees_of(make: Callable[[Callable[[Any], Any]], tuple[R, Errors]]) -> tuple[R, Errors]:
     """What a function makes, and the degrees of freedom of the errors that it gives, by name.
 
-    Whatever errors were made from: what a figure makes of runs is made once and kept. Then its
-    numbers are made again some times, from the same values, with each error multiplied by the root
-    of chi-square over its degrees of freedom. How far the error at the end scatters says how many
-    it has: of sums of variances this is what Welch and Satterthwaite have, and it holds for fits
-    and weights as well. Infinite of errors that do not scatter; empty where errors decide what is
-    calculated. ``make`` gets a function that gives scattered factors for degrees of freedom, for
-    errors that were made before; it returns what is asked for, and errors by name.
+    What `taped` functions give is made once. Then all is made again some times, with each error
+    multiplied by the root of chi-square over its degrees of freedom. How far the error at the end
+    scatters says how many it has: of sums of variances this is what Welch and Satterthwaite have,
+    and it holds for fits and weights as well. Infinite of errors that do not scatter; empty where
+    errors decide what is calculated. ``make`` gets a function that gives such factors, for errors
+    that were made before; it returns what is asked for, and errors by name.
     """
     global _tape
     _tape = tape = _Tape()
@@ -236,9 +235,8 @@ def averaged(x: np.ndarray, size: int) -> np.ndarray:
 def block_mean_and_error(blocks: npt.ArrayLike, alike: bool = False) -> tuple[Values, Values]:
     """Mean over the first axis, in which time runs, of (n, ...) values, and its standard error.
 
-    ``alike``: whether the last axis counts replicas, as of `by_window`. NaN for a single block, and
-    where the run is too short: below 20 of the correlation times of `Spread`, as far as the run can
-    tell (`TOO_SHORT`).
+    ``alike``: as of `by_window`. NaN for a single block, and where the run is too short, by
+    `TOO_SHORT`.
     """
     x = np.asarray(blocks, dtype=float)
     mean = x.mean(axis=0)
@@ -253,8 +251,7 @@ def block_mean_and_error(blocks: npt.ArrayLike, alike: bool = False) -> tuple[Va
 def correlation_time(series: npt.ArrayLike) -> float:
     """Integrated autocorrelation time in samples of an (n,) series, or of (n, replicas) alike.
 
-    The variance of the mean is 2 tau / n times the variance, see `spread_of_mean`; at least 1/2,
-    and that for fewer than 25 samples, or if all are the same.
+    At least 1/2, and that for fewer than 25 samples, or if all are the same.
     """
     x = np.asarray(series, dtype=float)
     x = x.reshape(len(x), -1)
@@ -281,11 +278,11 @@ def independent_mean_and_error(samples: npt.ArrayLike) -> tuple[Values, Values]:
 
 
 class Trend(NamedTuple):
-    """Slope of a series over time, its standard error, and the spread about that line."""
+    """A linear trend."""
 
     slope: float
     error: float
-    spread: float
+    spread: float  # about that line
 
 
 def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> Trend:
@@ -394,16 +391,13 @@ def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | No
     ``error``: standard errors > 0; without them all points weigh the same, and scatter is the
     error. Raises `ValueError` with fewer points than terms, or with a point that has no error > 0.
     """
-    basis, y = np.atleast_2d(basis), np.asarray(y)
-    if error is not None:
-        known = np.isfinite(error) & (np.asarray(error) > 0)
-        if not known.all():
-            raise ValueError(
-                f"{np.sum(~known)} of {len(y)} points have no error > 0, and so no weight: leave "
-                "them out before the fit"
-            )
-    alone = error is None
+    basis, y, alone = np.atleast_2d(basis), np.asarray(y), error is None
     error = np.ones(len(y)) if error is None else np.asarray(error)
+    if unknown := np.sum(~(np.isfinite(error) & (error > 0))):
+        raise ValueError(
+            f"{unknown} of {len(y)} points have no error > 0, and so no weight: leave them out "
+            "before the fit"
+        )
     terms, n = basis.shape
     if n < terms:
         raise ValueError(f"{n} points do not fix {terms} coefficients")
@@ -429,17 +423,11 @@ class Interval(NamedTuple):
 def interval(count: npt.ArrayLike) -> Interval:
     """95 % interval of the mean of a Poisson distribution, given one number drawn from it.
 
-    At the lower end so many events or more have a probability of 2.5 %, at the upper end so many or
-    fewer (F. Garwood, Biometrika 28, 437 (1936)). Where none is seen there is no lower end to find,
-    and the upper one has all 5 %; so means between 3.0 and 3.7 are covered a little less often, by
-    94 %.
+    F. Garwood, Biometrika 28, 437 (1936). Where none is seen there is no lower end, and the upper
+    one has all 5 %; so means between 3.0 and 3.7 are covered a little less often, by 94 %.
     """
     from scipy.special import gammaincinv  # most jobs need no SciPy
 
     count = np.asarray(count, dtype=float)
-    some = np.maximum(count, 1)
-    seen = count > 0
-    return Interval(
-        np.where(seen, gammaincinv(some, 0.025), 0),
-        np.where(seen, gammaincinv(some + 1, 0.975), NONE_SEEN),
-    )
+    low = np.where(count > 0, gammaincinv(np.maximum(count, 1), 0.025), 0)
+    return Interval(low, np.where(count > 0, gammaincinv(count + 1, 0.975), NONE_SEEN))

@@ -60,7 +60,7 @@ class Judgement:
 
 
 def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
-    """Compare one published number with ours.
+    """Compare one published number, as a `dpd.analysis.published.Entry` has it, with ours.
 
     A value is replicated where the difference is within two combined standard errors, or within
     the rounding of the published value. Its rival is another value, 0 if none is named. A run that
@@ -68,9 +68,6 @@ def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
     reach from one to the other, or if it agrees with the rival, too. A range is replicated where
     our 95 % interval lies inside, deviates where it lies outside, and is undecided where it reaches
     across a limit; of an upper bound, where that lies inside, and is undecided elsewhere.
-
-    ``entry``: ``value`` with ``error`` (a standard error) or ``rounding`` (half of the last digit)
-    or both, and perhaps ``rival``; or ``range`` [low, high] with null for an open end.
     """
     if measured.undecided:
         return Judgement(NOT_REACHED, reason=measured.undecided)

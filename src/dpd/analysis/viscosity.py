@@ -91,9 +91,8 @@ def viscosity_of_two_flows(
 ) -> Measured:
     """Shear viscosity from two opposite flows in a periodic box.
 
-    A body force acts in the lower half of an axis, and the opposite one in the upper half. With
-    h = edge / 2 the flow of the lower half is u(z) = rho g z (h - z) / (2 eta), and the other is
-    the same backwards (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
+    With h = edge / 2 the flow of the lower half is u(z) = rho g z (h - z) / (2 eta), and the upper
+    one the same backwards (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
     Layers at the same place of both halves are taken together, which removes a drift of the box.
 
     ``run``: with ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``.

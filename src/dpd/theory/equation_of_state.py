@@ -40,10 +40,9 @@ SMALLEST = 1e-3  # below this repulsion they take the pressure as linear in it
 def second_virial(
     repulsion: npt.ArrayLike, dimension: int = 3, kT: float = 1.0
 ) -> float | np.ndarray:
-    """B2 = -1/2 times the integral of exp(-u / kT) - 1 over space, u = a (1 - r)^2 / 2.
+    """B2 = -1/2 times the integral of exp(-u / kT) - 1 over space, u = a (1 - r)^2 / 2, a > 0.
 
-    In r_c^dimension, for a > 0 in 2 or 3 dimensions. Groot and Warren 1997, below Fig. 4, give
-    B2 / a.
+    In r_c^dimension, of 2 or 3. Groot and Warren 1997, below Fig. 4, give B2 / a.
     """
     a = np.asarray(repulsion, dtype=float) / kT
     i0 = np.sqrt(np.pi / (2.0 * a)) * erf(np.sqrt(a / 2.0))
@@ -80,16 +79,13 @@ def quadratic_switch(density: npt.ArrayLike) -> np.ndarray:
 
 
 def gw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
-    """Pressure of a density of beads, also of chains, by Groot and Warren, Eq. 1 of the paper.
-
-    Raises `ValueError` if a density or a repulsion is not above 0.
-    """
+    """Pressure of a density of beads, also of chains, by Groot and Warren, Eq. 1 of the paper."""
     rho, strength = _above_zero("density", density), _above_zero("repulsion a", a)
     return rho + ALPHA * strength * rho**2
 
 
 def rgw(density: npt.ArrayLike, a: npt.ArrayLike) -> float | np.ndarray:
-    """Pressure by the revised equation, Eq. 2 of the paper; errors as `gw`."""
+    """Pressure by the revised equation, Eq. 2 of the paper."""
     rho, strength = _above_zero("density", density), _above_zero("repulsion a", a)
     factor = second_virial(strength) * virial_switch(rho) + strength * quadratic_switch(rho)
     return rho + factor * rho**2
@@ -103,10 +99,8 @@ def crgw(
     The cavity function y of single beads at the density of the chains' beads comes from the
     Ornstein-Zernike equation with the HNC closure. For m = 1 the equation is that of `rgw`.
 
-    ``rho_chain``, ``a``: chains per r_c^3, and the repulsion of all beads, above 0. ``m``,
-    ``length``: beads of a chain, and the length of a bond, without a meaning for m = 1. Raises
-    `NoSolution` if the integral equation has none, and `ValueError` if an argument is out of its
-    range.
+    ``rho_chain``: chains per r_c^3. ``m``, ``length``: beads of a chain, and the length of a bond.
+    Raises `NoSolution` if the integral equation has none.
 
     Examples
     --------
@@ -125,10 +119,7 @@ def crgw(
 def ln_y_slope(
     density: npt.ArrayLike, a: npt.ArrayLike, length: npt.ArrayLike, where: npt.ArrayLike = True
 ) -> np.ndarray:
-    """d ln y(length) / d density of the fluid of single beads, by a central difference.
-
-    It is 0 where it is not needed. Errors as `solve`.
-    """
+    """d ln y(length) / d density of single beads, by a central difference; 0 but ``where``."""
     points = np.broadcast(density, a, length, where)
     slopes = [
         float(at_distances(_slopes(float(rho), float(one)), distance)) if needed else 0.0
@@ -138,29 +129,26 @@ def ln_y_slope(
 
 
 def gw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np.ndarray:
-    """The repulsion at which `gw` gives a pressure.
-
-    Raises `ValueError` if a density or pressure is not above 0, or no repulsion gives that
-    pressure.
-    """
+    """The repulsion at which `gw` gives a pressure. Raises `ValueError` if none does."""
     rho, p = _above_zero("density", density), _above_zero("pressure", pressure)
-    rho, p = np.broadcast_arrays(rho, p)
-    for one, own in zip(rho.flat, p.flat, strict=True):
-        _above_ideal(own, one)
+    _above_ideal(rho, p)
     return (p - rho) / (ALPHA * rho**2)
 
 
 def rgw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np.ndarray:
-    """The repulsion at which `rgw` gives a pressure; errors as `gw_repulsion`."""
+    """The repulsion at which `rgw` gives a pressure. Raises `ValueError` if none does."""
     rho, p = _above_zero("density", density), _above_zero("pressure", pressure)
-    return _each(lambda rho, p: _repulsion(lambda a: float(rgw(rho, a)), rho, p), rho, p)
+    _above_ideal(rho, p)
+    return np.vectorize(
+        lambda rho, p: _repulsion(lambda a: float(rgw(rho, a)), rho, p), otypes=[float]
+    )(rho, p)[()]
 
 
 def crgw_repulsion(
     rho_chain: npt.ArrayLike, pressure: npt.ArrayLike, m: npt.ArrayLike = 1,
     length: npt.ArrayLike = 0.0,
 ) -> float | np.ndarray:  # fmt: skip
-    """The repulsion at which `crgw` gives a pressure; errors as `crgw` and `gw_repulsion`.
+    """The repulsion at which `crgw` gives a pressure. Raises `ValueError` if none does.
 
     Examples
     --------
@@ -169,11 +157,11 @@ def crgw_repulsion(
     """
     p = _above_zero("pressure", pressure)
     rho, p, beads, bond = _chains(rho_chain, p, m, length)
-
-    def one(rho, p, m, length):
-        return _repulsion(lambda a: float(crgw(rho, a, m, length)), rho, p)
-
-    return _each(one, rho, p, beads, bond)
+    _above_ideal(rho, p)
+    return np.vectorize(
+        lambda rho, p, *chain: _repulsion(lambda a: float(crgw(rho, a, *chain)), rho, p),
+        otypes=[float],
+    )(rho, p, beads, bond)[()]
 
 
 def _above_zero(name, values):
@@ -183,12 +171,7 @@ def _above_zero(name, values):
 def _chains(rho_chain, values, m, length):
     rho = _above_zero("density of chains", rho_chain)
     m = checked("number of beads", m, lambda m: (m >= 1) & (m == np.round(m)), "1, 2, 3, ...")
-    length = checked("bond length", length)
-    if np.any((m > 1) & (length > R[-1])):
-        raise ValueError(
-            f"bond length: {np.max(length):g} is beyond the grid of the integral equation; "
-            f"allowed: 0 to {R[-1]:g}"
-        )
+    length = checked("bond length", length, lambda x: (x >= 0) & (x <= R[-1]), f"0 to {R[-1]:g}")
     return np.broadcast_arrays(rho, values, m, length)
 
 
@@ -201,15 +184,8 @@ def _slopes(density, a):
     return (upper.gamma - lower.gamma)[:, 0, 0] / (2 * step)
 
 
-def _each(function, *values):
-    """A function of numbers, for arrays of them."""
-    points = np.broadcast(*values)
-    return np.reshape([function(*map(float, point)) for point in points], points.shape)[()]
-
-
 def _repulsion(pressure_of: Callable[[float], float], ideal: float, wanted: float) -> float:
     """A repulsion that gives a pressure, found between powers of 2."""
-    _above_ideal(wanted, ideal)
     weak = pressure_of(SMALLEST)
     if weak >= wanted:  # the pressure is linear there
         return SMALLEST * (wanted - ideal) / (weak - ideal)
@@ -221,7 +197,7 @@ def _repulsion(pressure_of: Callable[[float], float], ideal: float, wanted: floa
             return brentq(lambda a: pressure_of(a) - wanted, low, high, xtol=1e-10)
     except NoSolution as problem:
         raise NoSolution(
-            f"pressure: no repulsion up to {low:g} gives {wanted:g}, and {problem}", problem.last
+            f"pressure: no repulsion up to {low:g} gives {wanted:g}, and {problem}"
         ) from None
     raise ValueError(
         f"pressure: no repulsion up to {high:g} gives {wanted:g}, and that gives {most:.5g}; "
@@ -229,9 +205,10 @@ def _repulsion(pressure_of: Callable[[float], float], ideal: float, wanted: floa
     )
 
 
-def _above_ideal(wanted, ideal):
-    if wanted <= ideal:
-        raise ValueError(
-            f"pressure: no repulsion gives {wanted:g}; allowed: more than {ideal:g}, the pressure "
-            "of an ideal gas of this density"
-        )
+def _above_ideal(ideal, pressure):
+    for least, wanted in np.broadcast(ideal, pressure):
+        if wanted <= least:
+            raise ValueError(
+                f"pressure: no repulsion gives {wanted:g}; allowed: more than {least:g}, the "
+                "pressure of an ideal gas of this density"
+            )

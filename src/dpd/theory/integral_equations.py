@@ -49,10 +49,6 @@ SMALLEST_PART = 2.0**-20  # of the repulsions, if they are far too large
 class NoSolution(ValueError):
     """The integral equation has no solution, or none was found."""
 
-    def __init__(self, text: str, last: Structure) -> None:
-        super().__init__(text)
-        self.last = last  # state that converged: the same densities, weaker repulsions
-
 
 class Structure(NamedTuple):
     """Solution of the integral equation for n species, at the distances `R`."""
@@ -73,17 +69,11 @@ class Structure(NamedTuple):
         return 1 + self.h
 
     def ln_y(self, distance: npt.ArrayLike) -> np.ndarray:
-        """Logarithm of the cavity functions y = exp(u) g, shape (*distance.shape, n, n).
-
-        Raises `ValueError` for a distance that is negative, or beyond the grid.
-        """
+        """Logarithm of the cavity functions y = exp(u) g, (*distance.shape, n, n)."""
         return at_distances(self.gamma, distance)
 
     def structure_factors(self) -> np.ndarray:
-        """Partial structure factors at the wave numbers `K`, shape (POINTS, n, n).
-
-        delta_ij + sqrt(rho_i rho_j) h_ij(k); 1 in an ideal gas.
-        """
+        """delta_ij + sqrt(rho_i rho_j) h_ij(k) at the wave numbers `K`, (POINTS, n, n)."""
         root = np.sqrt(self.densities)
         return np.eye(len(root)) + root[:, None] * transform(self.h) * root
 
@@ -93,14 +83,12 @@ def solve(
 ) -> Structure:
     """Solve the Ornstein-Zernike equation with the HNC closure.
 
-    Newton's method, with SciPy's GMRES for its linear equations. It starts from a structure that is
-    given, of a similar fluid with as many species, or from the random phase approximation c = -u;
-    where this leads nowhere the repulsions are raised from 0 in steps.
+    Newton's method starts from a structure that is given, of a similar fluid, or from the random
+    phase approximation c = -u; where this leads nowhere the repulsions are raised from 0 in steps.
 
     ``densities``: float or (n,) array; beads of each species per r_c^3. Those of a solute may be 0.
     ``repulsions``: float or (n, n) array; a_ij = a_ji, 0 or more. Raises `NoSolution` if none was
-    found, for instance because the mixture is unstable, and `ValueError` if a density or a
-    repulsion is negative, all densities are 0, or the shapes do not fit.
+    found, as of a mixture that separates, and `ValueError` if an argument is not as said here.
 
     Examples
     --------
@@ -117,11 +105,8 @@ def solve(
 def checked(
     name: str, values: npt.ArrayLike, good: Callable = lambda x: x >= 0, allowed: str = "0 or more"
 ) -> np.ndarray:
-    """Values as floats. Raises `ValueError` with the name if one is not finite, or not good."""
-    try:
-        found = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name}: {values!r} is not a number, nor an array of numbers") from None
+    """Values as floats. Raises `ValueError` if one is not finite, or not good."""
+    found = np.asarray(values, dtype=float)
     bad = found[~good(found) | ~np.isfinite(found)]
     if bad.size:
         raise ValueError(f"{name}: {bad.flat[0]:g} is out of range; allowed: {allowed}")
@@ -140,15 +125,8 @@ def potentials(repulsions: np.ndarray) -> np.ndarray:
 
 
 def at_distances(values: np.ndarray, distance: npt.ArrayLike) -> np.ndarray:
-    """Even functions, (POINTS, ...) at `R`, at other distances, by cubic splines.
-
-    Raises `ValueError` for a distance that is negative, or beyond the grid.
-    """
-    points = checked("distance", distance)
-    if np.any(points > R[-1]):
-        raise ValueError(
-            f"distance: {np.max(points):g} is beyond the grid; allowed: 0 to {R[-1]:g}"
-        )
+    """Even functions, (POINTS, ...) at `R`, at other distances on the grid, by cubic splines."""
+    points = checked("distance", distance, lambda r: (r >= 0) & (r <= R[-1]), f"0 to {R[-1]:g}")
     both_sides = np.concatenate([-R[::-1], R])
     return CubicSpline(both_sides, np.concatenate([values[::-1], values]))(points)
 
@@ -156,12 +134,11 @@ def at_distances(values: np.ndarray, distance: npt.ArrayLike) -> np.ndarray:
 def _checked(densities, repulsions):
     rho = np.atleast_1d(checked("density", densities))
     a = np.atleast_2d(checked("repulsion", repulsions))
-    if rho.ndim != 1:
-        raise ValueError(f"densities: {rho.shape} is not the shape of a list, one for each species")
-    if a.shape != (len(rho), len(rho)):
-        raise ValueError(f"repulsions: {a.shape} is not their shape for {len(rho)} species")
-    if not np.array_equal(a, a.T):
-        raise ValueError("repulsions: the table is not symmetric; allowed: a_ij = a_ji")
+    if rho.ndim != 1 or a.shape != 2 * rho.shape or not np.array_equal(a, a.T):
+        raise ValueError(
+            f"repulsions: a table of the shape {a.shape} for densities of {rho.shape}; allowed: "
+            "one density for each of n species, and n rows and columns with a_ij = a_ji"
+        )
     if not np.any(rho > 0):
         raise ValueError("density: 0 is out of range; allowed: at least one above 0")
     return rho, a
@@ -231,15 +208,12 @@ def _raised(rho, a):
         elif part > max(CLOSEST * reached, SMALLEST_PART):
             part /= 2
         else:
+            densities, repulsions = (
+                ", ".join(f"{value:.5g}" for value in values)
+                for values in (rho, a[np.triu_indices(len(rho))])
+            )
             raise NoSolution(
-                f"HNC has no solution at {_state(rho, a)}; the last state that converged has "
-                f"repulsions {reached:.4g} times these: {_state(rho, last.repulsions)}",
-                last,
+                f"HNC has no solution at density {densities} and repulsion {repulsions}; the last "
+                f"state that converged has repulsions {reached:.4g} times these"
             )
     return last
-
-
-def _state(rho, a):
-    upper = a[np.triu_indices(len(rho))]
-    numbers = [", ".join(f"{value:.5g}" for value in values) for values in (rho, upper)]
-    return f"density {numbers[0]} and repulsion {numbers[1]}"
