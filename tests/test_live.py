@@ -141,7 +141,7 @@ WRONG = {
         "'boxx' cannot change while the system runs; allowed: bond, integrator",
     ),
     "a setting": ({"integrator.dtt": 1}, "unknown key 'dtt'; allowed: .* did you mean 'dt'"),
-    "what slides": ({"shear.rate": 0.2}, "neither that nor dt can change while the system runs"),
+    "what slides": ({"shear.rate": 0.2}, "neither that nor dt can change"),
     "what begins": ({"body_force.strength": 1}, "'body_force' would begin or cease to act"),
     "the pace": ({"integrator.dt": 0.02}, "'displacement' needs steps of one length while it"),
 }

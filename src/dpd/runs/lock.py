@@ -62,13 +62,13 @@ class Lock:
         self._lease.release()
 
 
-def _beside(path, suffix):
+def _sidecar(path, suffix):
     return Path(path).with_name(Path(path).name + suffix)
 
 
 def _lease(path):
     return SoftFileLease(
-        _beside(path, ".lock"), lease_duration=SILENCE, heartbeat_interval=SIGN,
+        _sidecar(path, ".lock"), lease_duration=SILENCE, heartbeat_interval=SIGN,
         thread_local=False, is_singleton=False,
     )  # fmt: skip
 
@@ -80,7 +80,7 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
     ``say`` is called where a lock is taken over or waited for. Raises `UserError` if another run is
     at work, or if there can be no lock.
     """
-    lease, progress = _lease(path), _beside(path, ".progress")
+    lease, progress = _lease(path), _sidecar(path, ".progress")
     place = Path(lease.lock_file)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -143,5 +143,5 @@ def worker_on(path: str | Path) -> Worker | None:
         alive = alive and os.path.exists(f"/proc/{owner.pid}")
     report: dict[str, Any] = {}
     with suppress(OSError, ValueError):
-        report = dict(json.loads(_beside(path, ".progress").read_text()))
+        report = dict(json.loads(_sidecar(path, ".progress").read_text()))
     return Worker(owner.pid, owner.hostname, alive, report)

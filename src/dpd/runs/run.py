@@ -18,7 +18,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd import files
-from dpd.engine.loop import Checkpoint, counts_from, file_of, refuse_other_file, stored_in
+from dpd.engine.loop import (
+    Checkpoint,
+    arrays_of,
+    counts_from,
+    file_of,
+    refuse_other_file,
+    stored_in,
+)
 from dpd.engine.loop import run as run_steps
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
@@ -113,13 +120,13 @@ def run(
     """
     inputs = [start] if start else []
     inputs += [Path(scene.where)] if Path(scene.where).is_file() else []
-    beside = _beside(scene, output, inputs)
+    sidecars = _sidecars(scene, output, inputs)
     with alone(output, options.say, wait=not options.own) as lock:
         if (made := _made(scene, output, start, options)) is not None:
             return _as_it_is(made, output)
         with stop_on(options.signals) as stopping:
             begun, COMPILING.tell = time.perf_counter(), options.tell
-            _resumed(output, beside)
+            _resumed(output, sidecars)
             label = f"{options.label}: start"
             with options.progress(start_work(scene), label, lock=lock, doing="start") as shown:
                 look = partial(_stoppable, stopping, shown)
@@ -127,7 +134,7 @@ def run(
             if scene.is_auto:
                 from dpd.runs.auto import settle
 
-                stored = stored_in(beside[0])
+                stored = stored_in(sidecars[0])
                 before = stored.note.get("chosen") if stored else None
                 scene = settle(scene, state, partial(_stoppable, stopping), before)
                 options.tell((scene.chosen or {})["said"])
@@ -146,19 +153,18 @@ def extend(
     refuse_other(run, attributes)
     shorter = scene_of(run, attributes)
     inputs = [] if output == run else [run, *shorter.files_beside(run).values()]
-    beside = _beside(shorter, output, inputs)
+    sidecars = _sidecars(shorter, output, inputs)
     with alone(output, options.say) as lock:
         begun, former = time.perf_counter(), read_former(run)  # now nobody else is at work on it
         step, scene, there = former.state.step, longer(former.scene, sample), None
+        before = int(former.attributes.get("extended_from_step", step))
         if output != run:
             there = None if options.overwrite else result_there(scene, output, options.say)
-        elif remove_left(beside[0], former.scene) and step == sample + int(
-            former.attributes.get("extended_from_step", step)
-        ):
+        elif remove_left(sidecars[0], former.scene) and step == before + sample:
             there = former.scene
             options.say(f"{run}: has been made longer before, by a command that was killed then")
         elif not options.overwrite:
-            refuse_to_lose(scene, beside[0])
+            refuse_to_lose(scene, sidecars[0])
         if there is not None:
             return _as_it_is(there, output)
         if former.attributes.get("sources") != run_sources(scene):
@@ -166,7 +172,7 @@ def extend(
                 f"{run}: made by other sources than today's, so its last bits may differ from "
                 "those of a run that was made today"
             )
-        _resumed(output, beside)
+        _resumed(output, sidecars)
         shown = options.progress(sum(scene.steps), f"{run}: longer", lock=lock)
         with stop_on(options.signals) as stopping, shown as progress:
             progress(step)  # so that the lock says how long it is to become
@@ -183,22 +189,22 @@ def longer(scene: Scene, sample: int) -> Scene:
     return found
 
 
-def _beside(scene, output, inputs):
+def _sidecars(scene, output, inputs):
     """The checkpoint of a result, then its sidecar files; refused where a file would be lost."""
-    beside = [checkpoint_path(output), *scene.files_beside(output).values()]
-    for path in (output, *beside):
+    sidecars = [checkpoint_path(output), *scene.files_beside(output).values()]
+    for path in (output, *sidecars):
         files.check_output(path, NETCDF if path == output else "", inputs)
-    refuse_other_file(beside[0])
-    return beside
+    refuse_other_file(sidecars[0])
+    return sidecars
 
 
-def _resumed(output, beside):
+def _resumed(output, sidecars):
     """Remove what a killed run left half written; tell a person that there may be one to resume."""
-    for path in (output, *beside, *map(unfinished, beside[1:])):
+    for path in (output, *sidecars, *map(unfinished, sidecars[1:])):
         remove_drafts(path)
-    if beside[0].exists():
+    if sidecars[0].exists():
         with suppress(OSError):
-            print(f"a run to resume may be in {beside[0]}", file=sys.stderr)
+            print(f"a run to resume may be in {sidecars[0]}", file=sys.stderr)
 
 
 def _first(scene, start, options, progress):
@@ -346,10 +352,11 @@ def _keeper(scene, path, options):
 
 def _check_room(path, simulation, observers):
     """Refuse to begin where checkpoint and result will not fit."""
-    kept = sum(array.nbytes for observer in observers for array in observer.arrays.values())
-    state = sum(a.nbytes for a in vars(simulation.state).values() if hasattr(a, "nbytes"))
+    size = sum(
+        np.asarray(array).nbytes for array in arrays_of(simulation.state, observers).values()
+    )
     sidecars = sum(getattr(observer, "file_bytes", 0) for observer in observers)
-    files.check_room(path, COPIES * (kept + state) + sidecars)
+    files.check_room(path, COPIES * size + sidecars)
 
 
 def _write(path, scene, simulation, observers, measured, keeper, keeps):
