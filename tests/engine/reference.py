@@ -19,7 +19,6 @@ NOBODY = 0xFFFFFFFF  # less the number of an axis: whom a bead shares its Langev
 
 uniform_noise, gaussian_noise = kernel()(noise.uniform_noise), kernel()(noise.gaussian_noise)
 step_keys, pair_word = kernel()(noise.step_keys), kernel()(noise.pair_word)
-mix32, minus_log, cos_pi = map(kernel(), (noise.mix32, noise.minus_log, noise.cos_pi))
 
 
 def pair_noise(low, high, seed, step, gaussian):

@@ -5,17 +5,13 @@ noise fails any of these nearly two hundred checks once in about ten thousand ti
 numbers drawn are always the same ones.
 """
 
-import math
-
 import numpy as np
 import pytest
 from scipy import stats
 
 from dpd.jit import kernel
 from tests.engine.reference import (
-    cos_pi,
     gaussian_noise,
-    minus_log,
     pair_noise,
     step_keys,
     uniform_noise,
@@ -65,18 +61,6 @@ def test_distribution(noise):
     root = np.sqrt(3.0)
     law = stats.norm() if noise[1] else stats.uniform(-root, 2 * root)
     assert stats.kstest(theta, law.cdf).pvalue > CHANCE
-
-
-EDGES = [0, 1, 2, 3, 2**31 - 1, 2**31, 3037000499, 3037000500, 2**32 - 2, 2**32 - 1]
-
-
-def test_series_are_those_of_the_library():
-    """To the last bits; where -log u goes to 0 as well, in relation to it."""
-    for word in [*EDGES, *np.random.default_rng(3).integers(2**32, size=300).tolist()]:
-        u = (word + 0.5) / 2**32  # exact, as is u - 1
-        assert minus_log(np.uint32(word)) == pytest.approx(-math.log1p(u - 1), rel=5e-16)
-        x = (word - 2**31) / 2**31
-        assert cos_pi(x) == pytest.approx(math.cos(math.pi * x), rel=0, abs=1e-15)
 
 
 OTHER = np.random.default_rng(2).permutation(1000)  # a third bead for each first one

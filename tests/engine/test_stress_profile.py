@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dpd.engine.loop import run
-from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
+from dpd.engine.queries.stress import Slices, virial_in_slices
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import State
 from dpd.observe.common.measured import observables
@@ -185,25 +185,3 @@ def test_each_sample_is_the_tensor_of_the_box(base, more):
             np.testing.assert_allclose(
                 profile[name].sum(axis=1) * width / edge, column, rtol=1e-11, err_msg=name
             )
-
-
-@pytest.mark.thorough
-def test_forces_of_walls_balance_those_of_beads():
-    """At any one time, what walls add to the normal virial ends on each bead with its force."""
-    smooth = {"thermostat": {"gamma": 0}, "walls": {"axis": "z", "repulsion": 30}}
-    _, simulation = sampled(SLAB | smooth)
-    system, state = simulation.system, simulation.state
-    reach, count = system.walls.reach, 50
-    low, high = system.origin[2] - reach, system.origin[2] + 8 + reach
-    slices = Slices(2, count, low, high)
-    through = virial_in_slices(system, state, slices)[0] + wall_virial_in_slices(
-        system, state, slices
-    )
-    through *= count / (high - low)
-    mass = np.array([1.0, 2.0])[state.species]
-    upper = low + (high - low) / count * np.arange(1, count + 1)
-    below = np.clip((upper - state.position[2][:, None]) * count / (high - low), 0, 1)
-    expected = -(mass * state.force[2]) @ below
-    assert np.abs(expected).max() > 1
-    expected -= expected[0]
-    np.testing.assert_allclose(through - through[0], expected, atol=1e-9 * np.abs(through).max())

@@ -158,11 +158,6 @@ NO_LAW = {key: value for key, value in LIQUID.items() if key != "many_body"}
 @pytest.mark.parametrize(("scene", "said"), [
     (NO_LAW, "repulsion.A A: -40 draws beads onto each other; allowed: >= 0, or any number with "
              "'many_body'"),
-    (LIQUID | {"many_body": {"repulsion": {"A A": 25}}}, "many_body.repulsion: "),
-    (LIQUID | {"many_body": {"repulsion": 25, "range": 1.1}}, "many_body.range: 1.1 "),
-    (LIQUID | {"box": 4, "molecules": [{"architecture": a, "density": 1.5} for a in "AB"],
-               "repulsion": {"A A": 25, "B B": 25}, "chi": {"A B": 4}},
-     "chi: was measured without 'many_body'; give a 'repulsion' instead"),
     (LIQUID | {"pressure": {"target": 1}}, "pressure.compressibility: the key is missing"),
     (LIQUID | {"integrator": {"scheme": "auto"}}, "schemes were measured without many-body"),
 ])  # fmt: skip
