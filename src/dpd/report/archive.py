@@ -29,7 +29,7 @@ from dpd.files import replace_whole
 from dpd.pipeline.paper import SEEDED, read_config, read_paper, read_study
 from dpd.pipeline.paths import LONG_STUDY, results_of
 from dpd.report.figure_file import call, load_module
-from dpd.report.figures import joined, read_verdicts, verdicts_of
+from dpd.report.figures import joined, read_verdicts, small_png, verdicts_of
 from dpd.report.style import LOOK
 from dpd.report.workflow import commit, library_versions, processor
 
@@ -90,14 +90,6 @@ def keep_table(study: str, results: Results) -> list[Path]:
 def pictures(paper: str) -> list[Path]:
     """Pictures of a paper's figures that git keeps, in the order of their names."""
     return sorted((FIGURES / paper).glob("*.png"))
-
-
-def small_png(picture: Image.Image) -> bytes:
-    """A file of a picture in 256 colours: it takes a third of the room and looks the same."""
-    written = BytesIO()
-    few = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
-    few.save(written, "png", optimize=True)
-    return written.getvalue()
 
 
 def studies() -> list[str]:

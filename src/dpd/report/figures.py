@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from io import BytesIO
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
@@ -11,6 +12,7 @@ import pandas as pd
 import xarray as xr
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
+from PIL import Image
 
 from dpd.analysis.collect import load, reading, save
 from dpd.analysis.statistics import degrees_of
@@ -87,6 +89,14 @@ def _with_other_errors(data, scattered):
         f"{name}_error": data[f"{name}_error"] * scattered(data[f"{name}_degrees"].values)
         for name in known
     })  # fmt: skip
+
+
+def small_png(picture: Image.Image) -> bytes:
+    """A file of a picture in 256 colours: it takes a third of the room and looks the same."""
+    written = BytesIO()
+    few = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    few.save(written, "png", optimize=True)
+    return written.getvalue()
 
 
 def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:

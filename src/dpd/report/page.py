@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 from collections import Counter
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,7 +16,7 @@ from dpd.analysis.collect import load
 from dpd.analysis.verdicts import KINDS, VERDICTS
 from dpd.files import attribute, replace_whole
 from dpd.pipeline.paths import Results
-from dpd.report.figures import joined, read_verdicts
+from dpd.report.figures import joined, read_verdicts, small_png
 from dpd.report.text import label, named, rendered, typeset, whole, with_error
 from dpd.report.workflow import commit, library_versions
 from dpd.stages import stage_digest
@@ -94,22 +93,16 @@ def _paper(paper, results, rows):
 
 def _figure(path, name, rows):
     """A figure's picture, what is seen in it, its caption, and the verdicts on its numbers."""
-    data = io.BytesIO()
     with Image.open(path) as picture:
         width, height = picture.size
-        # With a palette, a third as large; the file beside the page has all colours.
-        picture.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(data, "png")
-    try:
-        seen = attribute(path.with_suffix(".nc"), "seen")
-    except AttributeError:
-        seen = label(path.stem)
+        data = base64.b64encode(small_png(picture)).decode()
     return {
         "id": name,
         "label": label(path.stem),
-        "picture": f"data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}",
+        "picture": f"data:image/png;base64,{data}",
         "width": width // PIXELS,
         "height": height // PIXELS,
-        "seen": seen,
+        "seen": attribute(path.with_suffix(".nc"), "seen"),
         "caption": Markup(path.with_suffix(".html").read_text(encoding="utf-8")),
         "rows": [row for row in rows if row["figure"] == name],
     }
