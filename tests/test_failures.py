@@ -25,7 +25,7 @@ def test_sentences_of_this_workflow_are_found_once(tmp_path):
     log(tmp_path / "b" / "three.made", "error: no log\n", 1001)
     log(tmp_path / "good.log", "no error: at all\n", 1001)
     assert failures(tmp_path, 1000) == [
-        f"error: no room ({tmp_path}/a/one.log and 1 other logs)",
+        f"error: no room ({tmp_path}/a/one.log)",
         f"error: no start ({tmp_path}/b/two.log)",
     ]
     assert failures(tmp_path, 1002) == failures(tmp_path / "none", 0) == []

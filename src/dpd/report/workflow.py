@@ -15,29 +15,23 @@ MOST = 20  # sentences that are shown
 
 
 def failures(logs: str | Path, begun: float) -> list[str]:
-    """Sentences of the jobs that failed in a workflow, each once and with its log.
+    """Sentences of the jobs that failed in a workflow, each once and with its first log.
 
     ``logs``: folder of the logs of a study. ``begun``: when the workflow began, as `time.time` has
     it; older logs are not of its making.
     """
-    found: dict[str, dict[Path, None]] = {}
+    found: dict[str, Path] = {}
     for path in sorted(Path(logs).rglob("*.log")):
-        if path.stat().st_mtime < begun:
-            continue
-        for line in path.read_text(errors="replace").splitlines():
-            if line.startswith(FAILED):
-                found.setdefault(line, {})[path] = None
-    lines = []
-    for line, paths in found.items():
-        first, *others = paths
-        lines.append(f"{line} ({first}{f' and {len(others)} other logs' if others else ''})")
-    more = len(lines) - MOST
-    return lines if more <= 0 else [*lines[:MOST], f"and {more} more in {logs}"]
+        if path.stat().st_mtime >= begun:
+            for line in path.read_text(errors="replace").splitlines():
+                if line.startswith(FAILED):
+                    found.setdefault(line, path)
+    return [f"{line} ({path})" for line, path in found.items()]
 
 
 def say_at_exit(logs: str | Path, begun: float) -> None:
-    """Print the `failures` last, below all that Snakemake has to say of them."""
-    if lines := failures(logs, begun):
+    """Print the first `failures` last, below all that Snakemake has to say of them."""
+    if lines := failures(logs, begun)[:MOST]:
         atexit.register(lambda: print("", *lines, sep="\n", file=sys.stderr))
 
 
