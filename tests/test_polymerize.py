@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from dpd.engine.space import nearest
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start import start_work
@@ -29,8 +30,8 @@ SCENE = {
 
 def distance(position, first, second, box):
     """Distances of some beads from others at their nearest images."""
-    apart = position.T[first] - position.T[second]
-    return np.linalg.norm(apart - np.array(box) * np.round(apart / np.array(box)), axis=1)
+    apart = position[:, first] - position[:, second].reshape(2, -1)
+    return np.linalg.norm(nearest(apart, box), axis=0)
 
 
 def assert_whole(scene, state):

@@ -220,8 +220,7 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     """(n,) int64 array: the number in the file of each bead of the scene.
 
     Molecules of a kind are taken in the order of their first beads; in each of them beads have to
-    be numbered as in the architecture. A `UserError` names the first difference of box, species or
-    molecules.
+    be numbered as in the architecture. A `UserError` refuses another box, species or molecules.
     """
     _check_box(scene, particles, path)
     species, order = _numbers_of_species(scene, particles, path), []
@@ -240,18 +239,16 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
         if len(there) < kind.count:
             raise UserError(
                 f"{path}: it has {len(there)} molecules {shown(given['architecture'], str)} for "
-                f"{kind.count} of {scene.where} (beads in the file: {_counted(scene, species)}; in "
-                f"the scene {scene.beads} in all); take another file, or write 'molecules' as they "
-                "are in it, with their beads in its order"
+                f"{kind.count} of {scene.where} (in the file: {_counted(scene, species)}); take "
+                "another, or write 'molecules' as it has them, with beads in the same order"
             )
         order += there[: kind.count]
         del there[: kind.count]
     if more := [beads for molecules in found.values() for beads in molecules]:
         first = min(more, key=lambda beads: beads[0])
         raise UserError(
-            f"{path}: it has {len(more)} molecules more than {scene.where}; the first, with "
-            f"{particles.called(first[0])}, has {_counted(scene, species[first])}; add them to "
-            "'molecules', or take another file"
+            f"{path}: it has {len(more)} molecules more than {scene.where}, as that of "
+            f"{_counted(scene, species[first])} with {particles.called(first[0])}; add them"
         )
     return np.concatenate(order)
 
@@ -290,8 +287,7 @@ def _numbers_of_species(scene, particles, path):
     if unknown:
         raise UserError(
             f"{path}: it has beads of the species {shown(unknown[0])}, and {scene.where} has "
-            f"{', '.join(scene.species)}; rename one or the other (in LAMMPS data: type labels, or "
-            "comments behind the masses)"
+            f"{', '.join(scene.species)}; rename one or the other"
         )
     place = [scene.species.index(name) if name in scene.species else 0 for name in particles.names]
     return np.array(place)[particles.species]

@@ -59,11 +59,8 @@ def _records(scene, terms):
             laws = term.laws(scene)
             members, number = joined(scene.molecules, laws, term.joins)
             record = bond_record(list(laws.values()), number)
-            found |= (
-                dict(bond=record, members=members)
-                if term.joins == 2
-                else dict(angle=record, angle_members=members)
-            )
+            keys = ("bond", "members") if term.joins == 2 else ("angle", "angle_members")
+            found |= dict(zip(keys, (record, members)))
     own = [term for term in terms.values() if isinstance(term, PairForce)]
     if own:
         found["pair"] = with_own(found["pair"], own, scene)
@@ -80,10 +77,7 @@ def _flow_layers(scene, extent):
 
 
 def start_system(scene: Scene, dt: float) -> System:
-    """The system in which a start is made: gw-vv with lambda 1/2, friction between pairs.
-
-    It is at rest: neither a body force acts, nor a shear.
-    """
+    """The system in which a start is made, at rest: gw-vv, lambda 1/2, friction between pairs."""
     gamma, seed = scene.start.forces.gamma, start_description(scene)["seed"]
     absent: Any = dict.fromkeys(_records(scene, scene.terms))
     return replace(

@@ -304,10 +304,7 @@ def _random_places(system, count, rng):
 
 
 def grown(page: Any, scene: Scene, progress: Callable[[int], object] | None) -> State:
-    """Grow the molecules of a scene, and relax them, so that no two bonds cross.
-
-    A `UserError` says that chains stop growing before they are complete, or cross while they relax.
-    """
+    """Molecules, grown and relaxed; `UserError` where growth stalls or bonds cross."""
     description = start_description(scene)
     seed, kT = description["seed"], description["kT"]
     system = start_system(scene, page.polymerize.dt)
