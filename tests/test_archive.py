@@ -51,7 +51,7 @@ def paper(*sampling, replicas=1):
         for replica in range(replicas)
     )
     sweeps = {SWEEP: Sweep(SWEEP, axes, points)}
-    figures = {"fig02_shapes": Figure((SWEEP,), ()), "drift": Figure((), ())}
+    figures = {"fig02_shapes": Figure(sweeps=[SWEEP]), "drift": Figure()}
     return Paper(PAPER, "One", "J. One 1", sweeps, (), figures, sampling)
 
 
@@ -139,7 +139,7 @@ def test_an_archive_grows_on_several_machines(kept, results, tmp_path):
     assert list(table.figure) == ["fig02_shapes"] * len(ROWS) + ["drift"]
     with pytest.raises(UserError, match="no figure is there to keep"):
         keep(tmp_path / "nothing here")
-    keep(other, of=Paper(PAPER, "", "", {}, (), {"drift": Figure((), ())}))
+    keep(other, of=Paper(PAPER, "", "", {}, (), {"drift": Figure()}))
     assert {path.stem for path in (kept / "long" / PAPER).iterdir()} == {"drift"}
     assert set(archive.read_archive("long").figure) == {"drift"}
 

@@ -167,7 +167,9 @@ def cheapest(paper):
     """The figure of the smoke study with the fewest runs, but some; a few take no time at all."""
     read = read_paper(paper, "smoke")
     costs = {
-        name: sum(len(read.sweeps[sweep].points) for sweep in read.sweeps.keys() & figure.sweeps)
+        name: sum(
+            len(read.sweeps[sweep].points) for sweep in read.sweeps.keys() & set(figure.sweeps)
+        )
         for name, figure in read.figures.items()
     }
     return min(filter(costs.get, costs), key=costs.get)

@@ -57,9 +57,9 @@ def put_figure(folder, paper, figure, rows, seen="A line."):
 def text(tmp_path_factory):
     """A page on two papers with figures of one name, and one with nothing at all."""
     results = tmp_path_factory.mktemp("study")
-    figures = {"fig02_shapes": Figure((), ()), "drift": Figure((), ())}
+    figures = {"fig02_shapes": Figure(), "drift": Figure()}
     one = Paper("one_1997", "One & other", "J. One 1", {}, (), figures)
-    two = Paper("two_2008", "Two", "J. Two 2", {}, (), {"fig02_shapes": Figure((), ())})
+    two = Paper("two_2008", "Two", "J. Two 2", {}, (), {"fig02_shapes": Figure()})
     empty = Paper("three_2019", "Three", "J. Three 3", {}, (), {})
     for figure in figures:
         rows = {name: rest for name, (at, *rest) in VERDICTS.items() if at == figure}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, Tag
 
@@ -240,7 +240,7 @@ class Sampling(Section):
                 yield key, "the key 'steps' is missing, which it belongs to"
 
 
-class FigureFile(Section):
+class Figure(Section):
     """What a figure is made from."""
 
     sweeps: list[str] = setting("Names of sweeps.", [])
@@ -261,7 +261,7 @@ class PaperFile(Section):
         "paper leaves unsaid has a `where` alone; sweeps that are not named have no counterpart in "
         "the paper.", [],
     )  # fmt: skip
-    figures: dict[Key, FigureFile] = setting(
+    figures: dict[Key, Figure] = setting(
         "What each figure is made from, by the name of its file in paper_figures.", {}
     )
 
@@ -359,13 +359,6 @@ def _has(scene, key):
     return True
 
 
-class Figure(NamedTuple):
-    """What feeds a figure: names of sweeps, and of measurements."""
-
-    sweeps: tuple[str, ...]
-    measurements: tuple[str, ...]
-
-
 @dataclass(frozen=True)
 class Paper:
     """A paper under a study."""
@@ -410,12 +403,8 @@ def read_paper(
             theory[sweep] = unfold_theory(name, sweep, given, key, seed)
         else:
             sweeps[sweep] = unfold(name, sweep, given, key, path.parent, seed, points)
-    figures = {
-        figure: Figure(tuple(given.sweeps), tuple(given.measurements))
-        for figure, given in paper.figures.items()
-    }
     sampling = tuple(said.model_dump(exclude_unset=True) for said in paper.sampling)
     return Paper(
-        name, paper.title, paper.reference, sweeps, tuple(paper.measurements), figures, sampling,
-        theory,
+        name, paper.title, paper.reference, sweeps, tuple(paper.measurements), paper.figures,
+        sampling, theory,
     )  # fmt: skip
