@@ -139,19 +139,6 @@ def test_noise_makes_no_peak_of_higher_order(first):
     assert named <= 0.1 * runs
 
 
-def test_three_vectors_that_do_not_close_are_no_cylinders():
-    """Strong along x, y and z: a cubic crystal."""
-    numbers = wave_numbers(CUBE, 4.0)
-    strength = np.full(len(numbers), 1e-3)
-    for axis in range(3):
-        for factor, height in ((2, 0.2), (4, 0.05)):
-            vector = np.zeros(3, int)
-            vector[axis] = factor
-            strength[np.flatnonzero((numbers == vector).all(axis=1))] = height
-    phase = phase_of(Strengths(UNIT * numbers, strength))
-    assert phase.name == "none" and "not at 60 degrees" in phase.reason
-
-
 def test_strengths_of_a_run_and_of_a_sweep():
     """Of the species asked for, from its share of the run on, over N_a."""
     scene = {

@@ -55,12 +55,6 @@ def test_viscosity_of_known_noise(memory):
     assert mean == pytest.approx(exact, rel=0.06)
 
 
-def test_a_run_too_short_for_the_memory():
-    """Is refused with numbers."""
-    with pytest.raises(ValueError, match="parts of 50 steps; 225 are needed"):
-        viscosity_of_fluctuations(tensors(1000, 0.3), DT, VOLUME, KT, 1.0)
-
-
 def test_ratio_of_noises():
     """Of means: what is correlated counts with its sum, what is not with its root."""
     white = RNG.normal(size=(40000, 5))
@@ -69,14 +63,6 @@ def test_ratio_of_noises():
     assert found.value == pytest.approx(np.sqrt(10), abs=4 * found.error)
     assert 0 < found.error < 0.2
     assert noise_ratio(2 * white, white, 1).value == pytest.approx(2)
-
-
-def test_ratio_of_noises_without_what_both_have():
-    """A part of both series is left out by its variance."""
-    one, other, both = RNG.normal(size=(3, 40000, 5))
-    found = noise_ratio(3 * one + 2 * both, other + 2 * both, 1, 4.0)
-    assert found.value == pytest.approx(3, abs=4 * found.error)
-    assert 0 < found.error < 0.1
 
 
 def test_labels_spread():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -30,15 +30,13 @@ DIGITS = 6  # of a derived value: rounding must not make runs anew
 def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) -> float:
     """Distance of the maximum of g(r): of a cubic through the (bins,) around it.
 
-    A parabola is not enough: the peak is steeper on its near side, and its place would move with
-    the width of the fit. Bins count less the farther they are, and those about the maximum of the
-    cubic count, not those about the highest bin: that is another one where noise decides, and with
-    it the place would jump by more than its error knows.
+    The peak is steeper on its near side: the place of a parabola would move with the width of the
+    fit. Bins about the maximum of the cubic count, not those about the highest bin, which noise
+    decides; the farther they are the less.
 
-    ``kink``: where g(r) has a kink below its peak, as at the edge of a rigid core, where the force
-    jumps: the fit keeps away from it. ``share``: of the way from the maximum to the kink: the fit
-    reaches no farther. Result: the highest bin where the kink leaves too few bins for a fit; NaN if
-    the cubic has no maximum.
+    ``kink``: where g(r) has a kink below its peak, as at the edge of a rigid core: the fit reaches
+    no farther than ``share`` of the way to it. Result: the highest bin where that leaves too few
+    bins for a fit; NaN if the cubic has no maximum.
     """
     highest = middle = r[np.argmax(g)]
     for _ in range(TURNS):
@@ -179,18 +177,17 @@ def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) 
 
 
 class RadialDistribution(NamedTuple):
-    """g(r) over the bins, its standard error, and its (blocks, bins) blocks."""
+    """g(r) of the replicas of one point of a collected sweep."""
 
-    g: np.ndarray
-    error: np.ndarray
-    blocks: np.ndarray
+    g: Any  # (bins,)
+    error: Any
+    blocks: np.ndarray  # (blocks, bins)
 
 
 def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
     """g(r) of the replicas of one point of a collected sweep, its error, and its blocks."""
     blocks = blocks_of(runs.rdf)
-    g, error = block_mean_and_error(blocks)
-    return RadialDistribution(g, error, blocks)  # type: ignore[arg-type]  # of many bins
+    return RadialDistribution(*block_mean_and_error(blocks), blocks)
 
 
 def blocks_of(variable: xr.DataArray, since: float = 0.0) -> np.ndarray:

@@ -1,12 +1,8 @@
 """Repulsion between unlike beads from the parameter chi of Flory-Huggins theory.
 
 Groot and Warren (1997) let beads or chains of A and B, of equal length N and with a_AA = a_BB,
-separate into two phases, and took chi from what was in each (Eq. 18). They found
-
-    chi = slope (a_AB - a_AA) / kT
-
-with a slope that depends on the density, and a little on whether A and B are single beads (Eq. 24)
-or chains (Eq. 27), but not on the length of the chains.
+separate into two phases, and took chi from what was in each (Eq. 18). They found that it is
+slope (a_AB - a_AA) / kT, of single beads (Eq. 24) and of chains of any length (Eq. 27).
 """
 
 from __future__ import annotations
@@ -35,10 +31,14 @@ class Relation(NamedTuple):
         """Lowest and highest chi for molecules of that many beads."""
         return LEAST / length, self.most
 
+    @property
+    def beads(self) -> str:
+        """Of which molecules it was measured, in words."""
+        return f"{self.shortest} to {self.longest} beads" if self.longest > 1 else "single beads"
+
     def __str__(self) -> str:
-        beads = f"{self.shortest} to {self.longest} beads" if self.longest > 1 else "single beads"
         return (
-            f"chi = ({self.slope:g} +- {self.error:g}) (a_AB - a_AA) / kT: {beads} at density "
+            f"chi = ({self.slope:g} +- {self.error:g}) (a_AB - a_AA) / kT: {self.beads} at density "
             f"{self.density:g} (Groot and Warren 1997, {self.equation})"
         )
 
@@ -61,12 +61,7 @@ def relation_at(density: float, length: int = 1) -> Relation:
         near = abs(density / relation.density - 1) <= SAME
         if near and relation.shortest <= length <= relation.longest:
             return relation
-    known = "; ".join(
-        f"density {relation.density:g} with "
-        + (f"{relation.shortest} to {relation.longest}" if relation.longest > 1 else "single")
-        + " beads"
-        for relation in RELATIONS
-    )
+    known = "; ".join(f"density {one.density:g} with {one.beads}" for one in RELATIONS)
     beads = f"molecules of {length} beads" if length > 1 else "single beads"
     raise ValueError(
         f"no relation of chi and repulsion was measured for {beads} at density {density:.4g}; "
@@ -80,7 +75,7 @@ def unlike_repulsion(
     """a_AB for which beads of A and B have that chi, in molecules of ``length`` beads.
 
     ``like``: a_AA = a_BB, `like_repulsion` if not given. Raises `ValueError` outside of the range
-    in which the relation was measured: in density, length, chi or a_AA.
+    in which the relation was measured.
 
     Examples
     --------
