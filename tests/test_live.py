@@ -99,7 +99,8 @@ def test_a_schedule_goes_on_where_it_was_stopped(tmp_path, kind, stop):
         simulate(
             scene, tmp_path / "run.nc", make_start(scene), own, at.append, lambda: at[-1] >= stop
         )
-    simulate(scene, tmp_path / "run.nc", make_start(scene), replace(own, threads=2))
+    own = replace(own, threads=1 if kind == "shardlow" else 2)
+    simulate(scene, tmp_path / "run.nc", make_start(scene), own)
     assert_same(tmp_path / "whole.nc", tmp_path / "run.nc")
 
 
