@@ -19,8 +19,6 @@ from dpd.runs.measured import pressure_warning
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
-from dpd.sources import file_of
-from dpd.stages import unused
 from dpd.start.common.files import read_start, starting_from, write_start
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
@@ -57,7 +55,6 @@ def test_what_a_scene_leaves_to_us():
     assert law["compressibility"] == pytest.approx(expected, rel=1e-3)
     assert law["every"] == round(0.5 / 5 / 0.04)
     assert system_of(scene).pressure == (23.7, 0.5, law["compressibility"], (0, 1, 2), law["every"])
-    assert file_of("dpd.engine.barostat") not in unused(frozenset(scene.terms["pressure"].modules))
     again = Scene(scene.data)
     assert again.data == scene.data and again.digest == scene.digest
 
