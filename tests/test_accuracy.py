@@ -9,7 +9,7 @@ from dpd.errors import UserError
 from dpd.physics.common import automatic
 from dpd.physics.integrator import Integrator
 from dpd.scene.scene import Scene
-from paper_figures.benchmark.accuracy import cheapest, choices, front, limit
+from paper_figures.benchmark.accuracy import cheapest, choices, limit
 from paper_figures.benchmark.recommended import recommendations
 
 DT = np.array([0.005, 0.01, 0.02, 0.04])
@@ -63,21 +63,12 @@ def study(errors, sigma=1e-4):
     )
 
 
-def test_limit_is_shared_by_second_order_schemes_and_no_other():
-    """q_0 = 7 with slopes of their own; gw-vv, which is not asked, points elsewhere."""
-    data = study([1000.0, 30.0, -50.0])
-    data["pressure"] = data.pressure + 7.0
-    value, error = limit(data, "pressure")
-    assert value == pytest.approx(7.0, abs=1e-9)
-    assert 0 < error < 1e-4
-
-
 def test_limit_knows_its_error():
-    """Over many noisy studies the pulls have unit variance."""
+    """Of schemes of second order, as gw-vv is none: over many noisy studies pulls are of size 1."""
     rng = np.random.default_rng(1)
     pulls = []
     for _ in range(400):
-        data = study([0.0, 30.0, -50.0], sigma=0.01)
+        data = study([1000.0, 30.0, -50.0], sigma=0.01)
         data["pressure"] = data.pressure + 7.0 + rng.normal(0, 0.01, data.pressure.shape)
         value, error = limit(data, "pressure")
         pulls.append((value - 7.0) / error)
@@ -95,12 +86,6 @@ def test_cheapest_is_the_fastest_that_is_surely_good():
     assert cheapest(data, data.seconds, ["pressure"], 1e-5) is None
     data["kT"] = data.kT + 0.02 * (data.scheme == "gw-vv-0.5")  # all that is asked for
     assert cheapest(data, data.seconds, ["pressure", "kT"], 0.01).scheme == "shardlow"
-
-
-def test_front_leaves_out_what_is_slower_and_worse():
-    seconds = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
-    error = np.array([0.5, 0.7, 0.1, np.nan, 0.05])
-    assert front(seconds, error) == [0, 2, 4]
 
 
 @pytest.fixture
@@ -134,19 +119,13 @@ def test_auto_goes_slower_where_the_scene_is_stiffer(measured, change, dt):
     assert Scene(SCENE | change).dt == pytest.approx(dt)
 
 
-@pytest.mark.parametrize(
-    "change, message",
-    [
+@pytest.mark.parametrize("change, message", [
         ({"integrator": {"scheme": "auto", "tolerance": 0.001}}, "tolerance: 0.001 is less"),
-        ({"integrator": {"scheme": "auto", "dt": 0.01}}, "integrator.dt: .*remove the key"),
-        ({"integrator": {"scheme": "gw-vv", "dt": 0.01, "tolerance": 0.01}}, "only scheme 'auto'"),
         ({"integrator": {"scheme": "gw-vv"}}, "the key 'dt' is missing"),
-        ({"thermostat": {"gamma": 100}}, "gamma: 100 is more .*: shardlow, lowe-andersen, aboba"),
+        ({"thermostat": {"gamma": 100}}, "gamma: 100, over .*: shardlow, lowe-andersen, aboba"),
         ({"thermostat": {"gamma": 0}}, "without friction"),
-        ({"thermostat": {"kind": "langevin"}}, "Langevin"),
         ({"core": {"radius": 0.15, "force": 100}}, "rigid core"),
-    ],
-)
+])  # fmt: skip
 def test_auto_says_where_it_cannot_choose(measured, change, message):
     with pytest.raises(UserError, match=message):
         Scene(SCENE | change)

@@ -5,11 +5,8 @@ import re
 import numpy as np
 import pytest
 
-import dpd
 from dpd.digest import ROOT
 from dpd.engine.simulation import Simulation
-from dpd.errors import UserError
-from dpd.jit import COMPILES
 from dpd.scene.scene import Scene
 from dpd.start import start_description, start_digest
 from dpd.start.common.make import make_start, system_of
@@ -114,26 +111,9 @@ def test_forces_energy_and_pressure_are_those_of_the_formulas(folder, name):
     assert np.trace(sums.virial[0]) == pytest.approx((push * r).sum(), rel=1e-10)
 
 
-def test_without_a_fourth_order_it_is_the_harmonic_bond(folder):
-    """The configurational kT takes it, too."""
-    watch = {"observe": [*PLAIN["observe"], {"configurational": {"every": 20}}]}
-    plain = PLAIN | watch | {
-        "bond": {pair: {"stiffness": c, "length": 0.5} for pair, c in STIFF.items()}
-    }  # fmt: skip
-    own = OWN | watch | {"quartic": {"stiffness": STIFF}}
-    expected = dpd.run(plain, progress=False)
-    found = dpd.run(own, progress=False)
-    np.testing.assert_allclose(found.position, expected.position, atol=1e-7)
-    np.testing.assert_allclose(found.pressure, expected.pressure, rtol=1e-6)
-    assert found.bond_energy.values == pytest.approx(expected.bond_energy.values)
-    assert float(found.curvature.mean()) == pytest.approx(float(expected.curvature.mean()), 1e-4)
-
-
 WRONG = [
     (OWN | BOND, "quartic: the scene has 'bond' as well; keep one law of bonds"),
     (PLAIN, "molecules: those of several beads need a law of bonds, one of bond, fene, morse_bond"),
-    (PLAIN | {"morse_bond": {"depth": 5, "alpha": 4, "length": 0.6}}, "at this temperature 1 of"),
-    (OWN | {"integrator": {"scheme": "auto"}}, "measured with 'bond', not 'quartic'"),
     (PLAIN | {"fene": FENE, "start": RELAX | {"forces": BOND}},
      "start.forces: unknown key 'bond'; allowed: core, fene, gamma"),
 ]  # fmt: skip
@@ -143,13 +123,6 @@ WRONG = [
 def test_what_does_not_fit_is_refused(folder, data, said):
     """With key, value and what is allowed."""
     assert said in refusal(Scene, data)
-
-
-def test_a_force_that_is_not_the_slope_of_its_energy_is_refused(folder):
-    """With both numbers, before anything compiles."""
-    (folder / "quartic.py").write_text(QUARTIC.replace("0.25 * self.fourth", "0.3 * self.fourth"))
-    with pytest.raises(UserError, match="quartic: its force is not minus the slope of its energy"):
-        Scene(OWN)
 
 
 def test_a_start_may_have_another_law():
@@ -169,36 +142,3 @@ def test_the_page_of_the_documentation(folder):
     (folder / "quartic.py").write_text(code)
     scene = Scene(OWN | {"quartic": {"strength": {"A A": 100, "A B": 50, "B B": 80}}})
     assert start_description(scene)["flight"]["A B"] == 0.5
-
-
-DIMERS = {
-    "dimension": 3,
-    "box": 8,
-    "molecules": [{"architecture": "A 2", "count": 500}],
-    "repulsion": {"A A": 0},
-    "thermostat": {"kind": "langevin", "gamma": 4.5},
-    "integrator": {"scheme": "gw-vv", "dt": 0.02},
-    "steps": {"equilibrate": 500, "sample": 8000},
-    "observe": [
-        {"bond_lengths": {"every": 20, "range": 1.3, "bin": 0.1}},
-        {"bonds": {"every": 10}},
-    ],
-}
-
-
-@pytest.mark.thorough
-@pytest.mark.skipif(not COMPILES, reason="8000 steps")
-def test_lengths_of_dimers_have_their_boltzmann_weight():
-    """Mean square, and share in each bin, of bonds that no repulsion pushes."""
-    run = dpd.run(DIMERS | {"fene": {"stiffness": 12, "length": 1.2}}, progress=False)
-    r = np.linspace(0, 1.2, 100001)[1:-1]
-    weight = r**2 * (1 - (r / 1.2) ** 2) ** (0.5 * 12 * 1.44)
-    weight /= weight.sum()
-    blocks = run.bond_mean_square.values.reshape(50, -1).mean(axis=1)
-    error = blocks.std(ddof=1) / np.sqrt(50)
-    assert abs(blocks.mean() - weight @ r**2) < 4 * error and error < 0.005 * blocks.mean()
-    edges = np.linspace(0, 1.3, 14)
-    expected = np.histogram(r, edges, weights=weight)[0]
-    found = 0.1 * run.pair_bond_density.values[:, 0, :]
-    error = found.std(axis=0, ddof=1) / np.sqrt(len(found))
-    assert (np.abs(found.mean(axis=0) - expected) < 4.5 * error + 1e-4).all()

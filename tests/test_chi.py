@@ -76,7 +76,7 @@ def test_the_shortest_molecule_decides():
 
 BAD = [
     ({"chi": {"A B": 2}}, "chi.A B: 2 is outside .* allowed: 3 "),
-    ({"repulsion": {"A A": 25, "B B": 25, "B A": 30}}, "chi.A B: the pair has the repulsion 30"),
+    ({"repulsion": {"A A": 25, "B B": 25, "B A": 30}}, "chi.A B: the pair has a repulsion as well"),
     ({"chi": {"A C": 4}}, "chi.A C: no molecule has the species 'C'; allowed: A, B"),
     ({"repulsion": {"A A": 25, "B B": 26}}, "the same repulsion for A A and B B"),
     ({"box": [8, 8, 9]}, "chi.A B: no relation .* at density 2.667"),

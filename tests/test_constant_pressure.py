@@ -13,7 +13,7 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import displacements, followed
-from dpd.particles.formats import read, write
+from dpd.particles.formats import read
 from dpd.pipeline.status import look_at
 from dpd.runs.measured import pressure_warning
 from dpd.runs.run import Options, simulate
@@ -61,8 +61,7 @@ def test_what_a_scene_leaves_to_us():
 
 def test_box_that_becomes_too_small(tmp_path):
     """One sentence with the file, the step and the remedy."""
-    data = merge(FLUID, {"box": 2.2, "pressure": {"target": 500}, "observe": ["thermo"]})
-    data["observe"] = ["thermo"]
+    data = merge(FLUID, {"box": 2.2, "pressure": {"target": 500}}) | {"observe": ["thermo"]}
     with pytest.raises(UserError, match=r"pressure\.target 500 is too high for it"):
         run(data, tmp_path / "run.nc")
     assert not (tmp_path / "run.nc").exists()
@@ -71,13 +70,10 @@ def test_box_that_becomes_too_small(tmp_path):
 def test_what_a_run_leaves(done):
     """Volumes over time, pressures with the volume of each sample, densities in that volume."""
     variables, attributes = done.found
-    scene = Scene(FLUID)
     volume = variables["volume"]
     assert len(volume) == 400 // 3 and np.ptp(volume) > 1
     assert attributes["number_density"] == pytest.approx(np.mean(192 / volume), rel=1e-12)
     assert attributes["last_box"] == pytest.approx(variables["box_edges"], rel=0)
-    trace = np.trace(variables["pressure_tensor"], axis1=1, axis2=2) / 3
-    np.testing.assert_allclose(trace, variables["pressure"], rtol=1e-12)
     ideal = 192 * variables["kT"] / volume
     np.testing.assert_allclose(
         variables["pressure"], ideal + variables["excess_conservative"], rtol=1e-12
@@ -87,10 +83,6 @@ def test_what_a_run_leaves(done):
     blocks = np.minimum(np.arange(133) * 50 // 133, 49)
     means = [np.mean(192 / volume[blocks == block]) for block in range(50)]
     np.testing.assert_allclose(variables["density_profile"].mean(axis=(1, 2)), means, rtol=1e-12)
-    width = np.diff(variables["z"])[0]
-    edges = volume ** (1 / 3)
-    assert width * variables["z"].size == pytest.approx(edges.mean(), rel=1e-12)
-    assert scene.volume not in volume
 
 
 def test_a_run_far_from_its_pressure_says_so():
@@ -103,8 +95,6 @@ def test_a_run_far_from_its_pressure_says_so():
     assert pressure_warning(Scene(FLUID), {"pressure": 23.7 + noise}) == ""
     assert "the pressure is 25.9" in pressure_warning(Scene(FLUID), {"pressure": 26 + noise})
     assert pressure_warning(held, {"pressure": 26 + noise, "pressure_tensor": tensor}) == ""
-    fixed = Scene({key: value for key, value in FLUID.items() if key != "pressure"})
-    assert pressure_warning(fixed, {"pressure": 26 + noise}) == ""
 
 
 class Interrupted(Exception):
@@ -134,40 +124,23 @@ def test_interrupted_run_goes_on_to_the_same_bits(done, tmp_path):
         np.testing.assert_array_equal(variables[name], array, err_msg=name)
 
 
-@pytest.mark.parametrize("kind", ["run.nc", "gsd", "data"])
-def test_start_from_a_run_whose_box_has_changed(done, tmp_path, kind):
-    """Its box is that of the start, which is said; the scene's own still sets the limits."""
-    path = done.path
-    last = read(path)
-    if kind != "run.nc":
-        path = tmp_path / f"last.{kind}"
-        write(last, path)
-    said = []
-    scene = starting_from(Scene(FLUID), path)
+def test_start_from_a_run_whose_box_has_changed(done, tmp_path):
+    """Its box is that of the start, which is said; without pressure that of the scene has to be."""
+    last, said = read(done.path), []
+    fixed = Scene({key: value for key, value in FLUID.items() if key != "pressure"})
+    with pytest.raises(UserError, match="they have to agree"):
+        make_start(starting_from(fixed, done.path))
+    scene = starting_from(Scene(FLUID), done.path)
     state = make_start(scene, say=said.append)
     np.testing.assert_allclose(state.box, last.box, rtol=1e-7)
     assert any("is that of the start, instead of the scene's" in sentence for sentence in said)
     simulation = Simulation(system_of(scene), state)
     assert simulation.box == state.box
     simulation.advance(5)
-    # Kept in a file of its own, and read again.
     write_start(scene, tmp_path / "start.nc")
     again = read_start(scene, tmp_path / "start.nc")
-    assert again.box == state.box
+    assert again.box == state.box == read(tmp_path / "start.nc").box
     np.testing.assert_array_equal(again.position, make_start(scene).position)
-    assert read(tmp_path / "start.nc").box == state.box
-
-
-@pytest.mark.parametrize(
-    "change", [{"pressure": None}, {"pressure": {"target": 23.7, "axes": "z"}}],
-    ids=["constant volume", "one axis"],
-)  # fmt: skip
-def test_start_whose_box_may_not_be_other(done, change):
-    """Without pressure all edges have to agree, with one axis the others."""
-    data = {key: value for key, value in (FLUID | change).items() if value is not None}
-    scene = starting_from(Scene(data), done.path)
-    with pytest.raises(UserError, match="they have to agree"):
-        make_start(scene)
 
 
 def test_to_be_moved_with_the_box_is_no_displacement():

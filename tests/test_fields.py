@@ -96,7 +96,7 @@ def test_image_data_holds_the_field(dimension, tmp_path, capsys):
     for name, expected in zip(("density A", "density B"), density[1]):
         np.testing.assert_array_equal(arrays[name], expected.ravel(order="F"))
     assert main(["convert", str(source), str(tmp_path / "x.vti"), "--frame", "3"]) == 1
-    assert "no frame 3 of the density field; allowed: 0 to 2" in capsys.readouterr().err
+    assert "no frame 3; allowed: 0 to 2" in capsys.readouterr().err
     assert not (tmp_path / "x.vti").exists()
 
 

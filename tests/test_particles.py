@@ -89,36 +89,32 @@ def test_other_programs_read_what_is_written(tmp_path, dimension):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_file_of_another_program(tmp_path, dimension):
-    """Single precision, beads on the very edge, several frames, and things that are left out."""
+    """Single precision, a bead on the very edge, several frames, and things that are left out."""
     expected = melt(dimension)
+    half = np.array(expected.box)[:, None] / 2
     with gsd.hoomd.open(tmp_path / "other.gsd", "w") as file:
         for shift in range(3):
             frame = gsd.hoomd.Frame()
             frame.configuration.step = 10 * shift
             frame.configuration.box = [*expected.box, *[0] * (6 - dimension)]
-            frame.particles.N = expected.beads
-            frame.particles.types = ["B", "A"]
+            frame.particles.N, frame.particles.types = expected.beads, ["B", "A"]
             frame.particles.typeid = expected.species
             frame.particles.charge = np.ones(expected.beads)
-            half = np.array(expected.box)[:, None] / 2
-            place = (expected.position + shift + half) % (2 * half) - half
+            place = (expected.position + shift) % (2 * half) - half
             place[:, 0] = half[:, 0]  # belongs to the other face
             frame.particles.position = np.zeros((expected.beads, 3))
             frame.particles.position[:, :dimension] = place.T
-            frame.dihedrals.N = 1
-            frame.dihedrals.group = [[0, 1, 2, 3]]
+            frame.dihedrals.N, frame.dihedrals.group = 1, [[0, 1, 2, 3]]
             file.append(frame)
     for number, shift in ((0, 0), (1, 1), (-1, 2), (-3, 0)):
         found = read(tmp_path / "other.gsd", number)
-        moved = (expected.position + shift + half) % (2 * half)  # counted from the lower end
-        apart = found.position[:, 1:] - moved[:, 1:]
+        apart = found.position[:, 1:] - (expected.position + shift)[:, 1:]
         apart -= 2 * half * np.rint(apart / (2 * half))
         np.testing.assert_allclose(apart, 0, atol=1e-6)
         assert found.position[0, 0] == 0 and found.image[0, 0] == 1  # 5 is exact, 6.3 is not
         assert (found.step, found.velocity, found.names) == (10 * shift, None, ("B", "A"))
         assert found.box == expected.box  # not 6.300000191
-        left = ["charge" in said or "dihedrals" in said for said in found.left_out]
-        assert left == [True, True]
+        assert ["charge" in said or "dihedrals" in said for said in found.left_out] == [True] * 2
     for number in (3, -4):
         with pytest.raises(UserError, match=r"there is no frame -?\d; allowed: 0 to 2, or -1"):
             read(tmp_path / "other.gsd", number)

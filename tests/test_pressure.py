@@ -37,12 +37,6 @@ def test_compressibility_is_the_slope_of_the_pressure():
     assert compressibility(bent.sel(repulsion=25.0), 3.0)[0] == pytest.approx(1 + 0.06 * 25 * 9)
 
 
-def test_compressibility_needs_two_densities():
-    """One density near enough gives none."""
-    data = equation_of_state(lambda a, rho: a * rho, [1, 3, 5])
-    assert np.isnan(compressibility(data.sel(repulsion=25.0), 3.0)[0])
-
-
 @pytest.mark.parametrize("power", [0.9, 1.0])
 def test_exponent_in_the_repulsion(power):
     """Whatever the density dependence is; densities of 2 and below do not enter."""

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 import dpd
-from dpd.engine.simulation import Simulation, Snapshot
+from dpd.engine.simulation import Snapshot
 from dpd.engine.state import State
-from dpd.observe.common.measured import MeasuredSums
 from dpd.observe.common.thermal import ThermalMotion
-from dpd.observe.thermo import Thermo
-from dpd.runs.run import extend, simulate
+from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 
@@ -28,12 +26,10 @@ FLOW = {"axis": "x", "strength": 0.05, "opposite": "z"}
 # What a scene changes, and the axes along which its momentum is conserved.
 AXES = {
     "closed": ({}, (0, 1, 2)),
-    "no friction": ({"thermostat": {"gamma": 0}}, (0, 1, 2)),
     "exchange": ({"integrator": {"scheme": "lowe-andersen", "dt": 0.02}}, (0, 1, 2)),
     "Langevin": (BATH, ()),
     "Langevin, no friction": ({"thermostat": {"kind": "langevin", "gamma": {"A": 0}}}, (0, 1, 2)),
     "smooth walls": ({"walls": SMOOTH}, (0, 1)),
-    "a tube": ({"walls": SMOOTH | {"axis": ["y", "z"]}}, (0,)),
     "a cage": ({"walls": SMOOTH | {"axis": ["x", "y", "z"]}}, ()),
     "rough walls": ({"walls": SMOOTH | {"gamma": 4.5}}, ()),
     "gravity": ({"walls": SMOOTH, "body_force": {"axis": "z", "strength": 1}}, (0, 1)),
@@ -75,7 +71,7 @@ FEW = {"molecules": [{"architecture": "A", "count": 6}, {"architecture": "B", "c
        "repulsion": {"A A": 25, "A B": 25, "B B": 25}, "mass": {"B": 5}}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["closed", "Langevin", "smooth walls", "rough walls"])
+@pytest.mark.parametrize("name", ["closed", "Langevin", "smooth walls"])
 def test_few_beads_have_their_temperature_along_each_axis(name):
     """Nine of them, three of them heavy: 1, whatever axes keep their momentum, within 4 errors."""
     changes = dict(AXES[name][0])
@@ -83,14 +79,10 @@ def test_few_beads_have_their_temperature_along_each_axis(name):
     assert (abs(found.mean(axis=0) - 1) < 4 * found.std(axis=0) / np.sqrt(len(found))).all()
 
 
-def test_a_lone_bead_in_a_closed_box_has_none(tmp_path):
-    """No number instead of a wrong one; its run goes on as any other."""
+def test_a_lone_bead_in_a_closed_box_has_none():
+    """No number instead of a wrong one."""
     one = {"molecules": [{"architecture": "A", "count": 1}]}
     assert np.isnan(thermal_kT(one, lambda *place: 0, samples=1)).all()
-    run = tmp_path / "run.nc"
-    dpd.run(FLUID | one | {"steps": {"sample": 100}}, output=run, progress=False)
-    extend(run, 50, run)
-    assert np.isnan(dpd.load(run).kT).all() and len(dpd.load(run).kT) == 75
 
 
 ROUGH = SMOOTH | {"gamma": 4.5}
@@ -99,8 +91,6 @@ FLOWS = {
                   lambda x, y, z: np.sign(6 - z) * (z % 6) * (6 - z % 6) / 6),
     "channel": ({"walls": ROUGH, "body_force": {"axis": "x", "strength": 0.05}},
                 lambda x, y, z: 0.3 * z * (5 - z)),
-    "duct": ({"walls": ROUGH | {"axis": ["y", "z"]}, "body_force": {"axis": "x", "strength": 0.1}},
-             lambda x, y, z: 0.05 * z * (5 - z) * y * (5 - y)),
     "moving walls": ({"walls": ROUGH | {"velocity": [[-2, 0, 0], [2, 0, 0]]}},
                      lambda x, y, z: 0.8 * z - 2),
     "all go": (BATH | {"body_force": {"axis": "x", "strength": 9}}, lambda x, y, z: 2),
@@ -118,43 +108,6 @@ def test_a_flow_is_no_heat(name):
     found = thermal_kT(*FLOWS[name], samples=150)
     error = found.std(axis=0) / np.sqrt(len(found))
     assert (abs(found.mean(axis=0) - 1) < 4 * error + 0.004).all(), found.mean(axis=0)
-
-
-def test_a_place_with_few_beads_is_as_warm():
-    """Some 3, 6, 12 beads in the outermost cells, to which a line is fitted: 1, within 4 errors.
-
-    A bead that is alone in its cell says nothing, and others count for it.
-    """
-    scene, rng = Scene(FLUID | FLOWS["moving walls"][0]), np.random.default_rng(2)
-    system, layers, warmth = system_of(scene), [], []
-    thermal, low = ThermalMotion(scene, system), np.array(system.origin)[:, None]
-    for _ in range(400):
-        place, velocity = rng.random((3, scene.beads)) * 5, rng.normal(size=(3, scene.beads))
-        place[2] = 5 * rng.beta(3, 1, scene.beads)
-        velocity[0] += 0.8 * place[2] - 2
-        state = State(place + low, velocity, None, None, None, 0)
-        layers.append(place[2] // 0.5)
-        warmth.append(thermal.velocities(Snapshot(system, state)) ** 2)
-    layers, warmth = np.concatenate(layers), np.concatenate(warmth, axis=1)
-    for each in range(10):
-        found = warmth[:, (layers == each) & (warmth[0] > 0)]
-        error = found.std() / np.sqrt(found.size)
-        assert found.size > 300 and abs(found.mean() - 1) < 4 * error, (each, found.mean(), error)
-
-
-def test_the_energy_holds_the_flow():
-    """kT does not."""
-    scene = Scene(FLUID | {"steps": {"sample": 1}, "observe": [{"thermo": {"every": 1}}]})
-    system = system_of(scene)
-    thermo = MeasuredSums(Thermo(every=1), scene, system)
-    state = make_start(scene)
-    state.velocity[0] += 2.0
-    thermo.record(Simulation(system, state).call(0, [0], measure=True))
-    found = {name: variable[1][0] for name, variable in thermo.variables().items()}
-    kinetic = 1.5 * (scene.beads - 1) * found["kT"]
-    energy = kinetic + 2.0 * scene.beads + found["pair_energy"]
-    assert found["total_energy"] == pytest.approx(energy)
-    assert found["pressure"] == pytest.approx(3 * found["kT"] + found["excess_conservative"])
 
 
 def test_a_start_that_drifts(tmp_path):

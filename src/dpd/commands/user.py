@@ -246,6 +246,7 @@ def convert(options: Namespace) -> None:
     from dpd.files import check_output, refuse_to_replace
     from dpd.particles.formats import WRITTEN, read, refuse_suffix, write
     from dpd.particles.netcdf import IMAGE, read_fields, write_image
+    from dpd.particles.particles import frame_number
 
     refuse_suffix(options.target, (*WRITTEN, IMAGE))
     check_output(options.target, inputs=[options.source])
@@ -253,7 +254,7 @@ def convert(options: Namespace) -> None:
         refuse_to_replace(options.target)
     if Path(options.target).suffix.lower() == IMAGE:
         fields = read_fields(Path(options.source))
-        frame = fields.number(options.frame, options.source)
+        frame = frame_number(options.frame, len(fields.time), options.source)
         write_image(fields, frame, options.target)
         print(f"{options.target}: frame {frame} of {fields}, at t = {fields.time[frame]:g} tau")
         return

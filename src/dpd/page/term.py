@@ -285,8 +285,3 @@ class BondForce(BondedForce):
             return
         for name, table in self.tables().items():
             yield from inside(name, check_table(table, scene, scene.species_along(2)))
-
-    def refuses(self, scene: Any) -> Refusals:
-        from dpd.laws import too_long
-
-        yield from too_long(self.laws(scene), scene)

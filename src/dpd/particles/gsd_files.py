@@ -25,6 +25,7 @@ from dpd.particles.particles import (
     box_of_file,
     centre,
     checked,
+    frame_number,
     in_tilted_box,
     refusing_damage,
     tilt_factors,
@@ -47,14 +48,11 @@ MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
 def read_gsd(path: Path, frame: int = -1) -> Particles:
     """One frame, counted from 0, or from the last with negative numbers; `UserError` if bad."""
     with trajectory_to_read(path) as trajectory:
-        frames = len(trajectory)
-        if not -frames <= frame < frames:
-            allowed = f"0 to {frames - 1}, or -1 for the last, to {-frames}" if frames else "none"
-            raise UserError(f"{path}: there is no frame {frame}; allowed: {allowed}")
+        frame = frame_number(frame, len(trajectory), path)
         for group in ("particles", "bonds", "angles", *MORE_BONDS):
-            for place in {0, frame % frames}:
+            for place in {0, frame}:
                 _check_count(trajectory.file, place, f"{group}/N", path)
-        found = trajectory[frame % frames]
+        found = trajectory[frame]
         if trajectory.file.application == APPLICATION:
             found.particles.body = np.array(NO_BODY)  # molecules, which bonds tell as well
     return _particles_of(path, found)
@@ -84,15 +82,13 @@ def _particles_of(path, frame):
         raise UserError(
             f"{path}: two dimensions, and beads that are not at z = 0; mend one of both"
         )
-    edges = box_of_file(box[:d], box[3:], path)
+    edges, moves = box_of_file(box[:d], box[3:], path), beads.velocity.any()  # 0 if not in the file
     return checked(
         Particles(
             box=edges,
             position=beads.position[:, :d].T.astype(float) + centre(edges),
             image=beads.image[:, :d].T,
-            velocity=beads.velocity[:, :d].T
-            if beads.velocity.any()
-            else None,  # 0 where a file has none
+            velocity=beads.velocity[:, :d].T if moves else None,
             species=beads.typeid.astype(np.int64),
             names=tuple(beads.types),
             bonds=frame.bonds.group.astype(np.int64),

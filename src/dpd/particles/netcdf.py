@@ -115,13 +115,8 @@ def read_netcdf(path: Path) -> Particles:
 def read_checkpoint(path: Path) -> Particles:
     """The configuration of a checkpoint."""
     found = stored_in(path)
-    if found is None:
-        raise UserError(
-            f"{path}: no checkpoint, or a damaged one; allowed: what a run of this program leaves "
-            "where it is stopped"
-        )
-    if "scene" not in found.note:
-        raise UserError(f"{path}: a checkpoint without its scene, of an older version; run again")
+    if found is None or "scene" not in found.note:
+        raise UserError(f"{path}: no checkpoint of this version, or a damaged one; run again")
     scene, stored = Scene.of_result(found.note["scene"], str(path)), found.arrays
     order = np.argsort(stored["identity"])
     beads = {name: stored[name][:, order] for name in ("position", "velocity")}
@@ -157,16 +152,6 @@ class Fields(NamedTuple):
     def __str__(self) -> str:
         cells = " x ".join(map(str, self.density.shape[2:]))
         return f"densities of {', '.join(self.names)} in {cells} cells, {len(self.time)} frames"
-
-    def number(self, frame: int, path: object) -> int:
-        """A frame that may be counted from the last one, as -1, from 0 on; refused if not there."""
-        count = len(self.time)
-        if not -count <= frame < count:
-            raise UserError(
-                f"{path}: there is no frame {frame} of the density field; allowed: 0 to "
-                f"{count - 1}, or from the end -1 to -{count}"
-            )
-        return frame % count
 
 
 def read_fields(path: Path) -> Fields:

@@ -52,7 +52,6 @@ class Particles(NamedTuple):
 
     @property
     def beads(self) -> int:
-        """Number of beads."""
         return self.position.shape[1]
 
     def called(self, bead: int | np.integer) -> str:
@@ -65,13 +64,11 @@ class Particles(NamedTuple):
 
     def __str__(self) -> str:
         edges = " x ".join(f"{edge:g}" for edge in self.box)
-        species = ", ".join(
-            f"{(self.species == number).sum()} {name}" for number, name in enumerate(self.names)
-        )
-        velocities = "with" if self.velocity is not None else "without"
+        counts = np.bincount(self.species, minlength=len(self.names))
+        species = ", ".join(f"{count} {name}" for count, name in zip(counts, self.names))
         return (
             f"{self.beads} beads ({species}) with {len(self.bonds)} bonds in a box of {edges}, "
-            f"{velocities} velocities, at step {self.step}"
+            f"with{'out' * (self.velocity is None)} velocities, at step {self.step}"
         )
 
 
@@ -100,34 +97,31 @@ def of_scene(
     velocity: np.ndarray | None, step: int,
 ) -> Particles:  # fmt: skip
     """Beads of a scene in the order of their identities, with each molecule in one piece."""
+    image = whole_images(scene.molecules, position, image, box)
     return Particles(
-        box=box,
-        position=position,
-        image=whole_images(scene.molecules, position, image, box),
-        velocity=velocity,
-        species=scene.kinds,
-        names=scene.species,
-        bonds=scene.bonded,
-        angles=scene.angled,
-        step=step,
-        masses=scene.masses,
-    )
+        box, position, image, velocity, scene.kinds, scene.species, scene.bonded, step,
+        angles=scene.angled, masses=scene.masses,
+    )  # fmt: skip
+
+
+def frame_number(frame: int, count: int, path: object) -> int:
+    """A frame that may be counted from the last one, as -1, from 0 on; refused if not there."""
+    if not -count <= frame < count:
+        allowed = f"0 to {count - 1}, or -1 for the last, to {-count}" if count else "none"
+        raise UserError(f"{path}: there is no frame {frame}; allowed: {allowed}")
+    return frame % count
 
 
 def only(particles: Particles, kept: np.ndarray) -> Particles:
     """Some of the beads, with the bonds and angles among them."""
-    number = (np.cumsum(kept) - 1).astype(np.uint32)
-    bonds, angles = (
-        number[members[kept[members].all(axis=1)]]
-        for members in (particles.bonds, particles.angles)
-    )
+    number, velocity = (np.cumsum(kept) - 1).astype(np.uint32), particles.velocity
     return particles._replace(
         position=particles.position[:, kept],
         image=particles.image[:, kept],
-        velocity=None if particles.velocity is None else particles.velocity[:, kept],
+        velocity=None if velocity is None else velocity[:, kept],
         species=particles.species[kept],
-        bonds=bonds,
-        angles=angles,
+        bonds=number[particles.bonds[kept[particles.bonds].all(axis=1)]],
+        angles=number[particles.angles[kept[particles.angles].all(axis=1)]],
     )
 
 
@@ -259,12 +253,12 @@ def box_of_file(
 ) -> tuple[float, ...]:
     """A box with tilt factors xy, xz, yz: one may differ from 0, by up to half an edge."""
     edges, tilts = tuple(map(float, edges)), [0.0 if abs(f) < UPRIGHT else f for f in factors]
-    pairs = [pair for pair, tilt in zip(FACTORS, tilts) if tilt]
-    if not pairs or not all(edge > 0 for edge in edges):
+    tilted_by = {pair: float(tilt) for pair, tilt in zip(FACTORS, tilts) if tilt}
+    if not tilted_by or not all(edge > 0 for edge in edges):
         return edges
-    (flow, gradient), factor = pairs[0], next(filter(None, tilts))
-    turns = float(factor) * edges[gradient] / edges[flow] if gradient < len(edges) else np.nan
-    if len(pairs) > 1 or not abs(turns) <= 0.5 + ROUNDING:
+    (flow, gradient), factor = next(iter(tilted_by.items()))
+    turns = factor * edges[gradient] / edges[flow] if gradient < len(edges) else np.nan
+    if len(tilted_by) > 1 or not abs(turns) <= 0.5 + ROUNDING:
         found = ", ".join(f"{factor:g}" for factor in factors)
         raise UserError(
             f"{path}: its box has the tilt factors {found}; allowed: one that is not 0, by which "

@@ -1,8 +1,7 @@
 """Body forces: a constant force on every bead, as of gravity or of a gradient of pressure.
 
-It drives a flow along its axis. In the half of the box beyond a middle plane it may act the other
-way round: then two flows go in opposite directions, no net momentum arises, and no walls are
-needed (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
+With ``opposite`` it acts the other way round in half of the box: two opposite flows, which need no
+walls (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
 """
 
 from __future__ import annotations
@@ -36,30 +35,26 @@ class DrivingForce(Term, key="body_force"):
 
     def conflicts(self) -> Refusals:
         if self.opposite == self.axis:
-            text = f"{self.axis} is the axis that the force acts along; take another one, across "
-            yield "opposite", f"{text}which the two flows lie"
+            yield "opposite", f"{self.axis} is the axis that the force acts along; take another one"
 
     def refuses(self, scene: Any) -> Refusals:
         if self.opposite and "xyz".index(self.opposite) in scene.ended:
-            text = f"there are walls along {self.opposite}, between which one flow is enough; "
-            yield "opposite", f"{text}remove the key, or name an axis without walls"
+            yield "opposite", f"there are walls along {self.opposite}; remove the key"
         strengths = np.array(scene.by_species(self.strength))
         forces = np.bincount(scene.kinds, minlength=len(scene.species)) * strengths
         adds_up = abs(forces.sum()) > BALANCED * abs(forces).sum()
         if adds_up and not (self.opposite or self._is_held(scene) or scene.brakes):
-            text = f"along {self.axis} nothing brakes the beads, and they would go faster and "
-            text += "faster; give walls with a gamma, or 'opposite', or strengths of which the sum "
-            yield "", f"{text}over all beads is 0"
+            text = f"along {self.axis} nothing brakes the beads; give walls with a gamma, or "
+            yield "", f"{text}'opposite', or strengths of which the sum over all beads is 0"
         if Change.FLOWS in self.changes(scene) and not scene.takes_heat:
-            text = "every gamma is 0: nothing takes up the heat of the flow that it drives; "
-            yield "", f"{text}allowed: thermostat.gamma > 0, or walls with a gamma"
+            text = "nothing takes up the heat of the flow; allowed: thermostat.gamma > 0, or walls "
+            yield "", f"{text}with a gamma"
 
     def _is_held(self, scene):
         """Whether a wall stands against it."""
         return "xyz".index(self.axis) in scene.ended
 
     def changes(self, scene: Any) -> frozenset[Change]:
-        """A flow, unless there is no force, or a wall stands against it."""
         drives = any(scene.by_species(self.strength))
         flows = drives and (self.opposite is not None or not self._is_held(scene))
         return frozenset({Change.FLOWS} if flows else ())

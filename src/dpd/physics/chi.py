@@ -1,9 +1,8 @@
 """`chi` of a scene: the repulsion between two species, from how badly they mix.
 
-The relation was measured where both kinds of molecules have one length. A scene may have the two
-species in molecules of several lengths. Then the shortest molecule with one of the two decides
-whether the relation of single beads is taken or that of chains (they differ by 7 %). All of them
-must be within the range of lengths that were measured.
+The relation was measured where both kinds of molecules have one length. Of several lengths the
+shortest decides whether the relation of single beads is taken or that of chains (they differ by
+7 %), and all must be within the range that was measured.
 """
 
 from __future__ import annotations
@@ -53,9 +52,8 @@ class Chi(Term, key="chi"):
                 refuse(no_species(name, scene.species))
         if one == other:
             refuse("a species mixes with itself, it has no chi; give its 'repulsion' alone")
-        for key in (pair, f"{other} {one}"):
-            if key in given:
-                refuse(f"the pair has the repulsion {given[key]:g} as well; give one of the two")
+        if {pair, f"{other} {one}"} & given.keys():
+            refuse("the pair has a repulsion as well; give one of the two")
         if f"{other} {one}" in self.pairs:
             refuse("is there in the other order as well; keep one")
         if scene.dimension != 3:

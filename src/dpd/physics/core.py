@@ -1,7 +1,6 @@
 """A rigid core inside the soft repulsion.
 
-Below the diameter d = 2 r_s the force between two beads is a constant, F_max (Liu et al. 2008,
-Eq. 5); beyond it there is the soft repulsion:
+With the diameter d = 2 r_s (Liu et al. 2008, Eq. 5):
 
     F(r)   =  F_max          r < d
            =  a_ij (1 - r)   d <= r < 1
@@ -39,8 +38,7 @@ class RigidCore(Term, key="core"):
     def conflicts(self) -> Refusals:
         room = CUTOFF - 2 * self.radius
         if self.smooth > room:
-            text = f"{self.smooth:g} beyond a core of diameter {2 * self.radius:g} goes past the "
-            yield "smooth", f"{text}cutoff; allowed: <= {room:g}"
+            yield "smooth", f"{self.smooth:g} goes past the cutoff; allowed: <= {room:g}"
 
     def changes(self, scene: Any) -> frozenset[Change]:
         return frozenset({Change.JUMPS} if self.radius else ())
@@ -51,8 +49,6 @@ class RigidCore(Term, key="core"):
 
 
 class Core(NamedTuple):
-    """A rigid core and the soft repulsion around it."""
-
     repulsion: np.ndarray  # (species, species): a_ij in kT / r_c
     diameter: float  # 2 r_s in r_c
     push: float  # F_max in kT / r_c
@@ -72,7 +68,6 @@ class Core(NamedTuple):
 
 @part
 def force_beyond(core, a, r, w, width):
-    """The force from the diameter on."""
     if width is None:
         return a * w
     outer = a * (1.0 - core.diameter - width)
@@ -82,7 +77,6 @@ def force_beyond(core, a, r, w, width):
 
 @part
 def energy_beyond(core, a, r, w, width):
-    """The energy from the diameter on."""
     if width is None:
         return 0.5 * a * w * w
     left = core.diameter + width - r

@@ -1,15 +1,13 @@
 """Integrators as rows of one table.
 
-Every scheme here evaluates the force once a step. Those that take friction and noise as
-forces are the predictor-corrector
+Each takes the force once a step. Those with friction and noise as forces predict and correct:
 
     r  += dt v + c dt^2 f
     v~  = v + lambda dt f          (the velocity that the friction sees)
     f'  = f(r, v~)
     v  += dt [ (1 - b) f + b f' ]
 
-with their own acceleration term c, prediction lambda and correction b. DPD-VV then takes
-the friction in f' once more, with the velocity v that it has led to.
+DPD-VV then takes the friction in f' once more, with the velocity v that it has led to.
 
 The others split friction and noise off: pairs exchange momentum after a step of the conservative
 forces alone, or in its middle. Each pair's relative velocity u = e . v_ij along its line is
@@ -52,14 +50,11 @@ class Scheme(NamedTuple):
     """One scheme."""
 
     acceleration: float  # c
-    # lambda. None where what is predicted is the velocity with the first share of its kick, 1 - b,
-    # or nothing.
-    prediction: float | None
+    prediction: float | None  # lambda; None for 1 - b, the first share of the kick, or for nothing
     correction: float  # b
     renewal: bool | None = None  # whether friction is taken once more at the end of a step
     exchange: int | None = None  # `SHARDLOW`, `EXACT` or `LOWE`
-    # whether force and exchange come after half a drift, the other half at the end
-    middle: bool | None = None
+    middle: bool | None = None  # whether force and exchange come between two halves of the drift
 
 
 # The schemes of Groot and Warren 1997, Sec. III: Eq. 7, without and with dt^2 f / 2, and Eq. 9,
@@ -81,9 +76,8 @@ WITHOUT_EXCHANGE = ", ".join(name for name, of in SCHEMES.items() if of(0.5).exc
 def scheme_named(name: str, prediction: float = 0.5) -> Scheme:
     """A scheme of `SCHEMES`, with the lambda of those that have none of their own."""
     chosen = SCHEMES[name](prediction)
-    if chosen.prediction == 1.0 - chosen.correction:
-        return chosen._replace(prediction=None)
-    return chosen
+    is_share = chosen.prediction == 1.0 - chosen.correction
+    return chosen._replace(prediction=None) if is_share else chosen
 
 
 class Exchange(NamedTuple):
@@ -92,11 +86,8 @@ class Exchange(NamedTuple):
     kind: int  # `SHARDLOW`, `EXACT` or `LOWE`
     gamma: float  # friction, or for Lowe's the rate of exchanges in 1 / tau
     kT: float
-    # Gaussian instead of uniform random numbers, for Shardlow's; the others always take Gaussian
-    # ones, without which they are not exact
-    gaussian: bool
-    # (species, species): gamma_ij / gamma where pairs of species differ
-    shares: np.ndarray | None = None
+    gaussian: bool  # random numbers for Shardlow's; the others are exact with Gaussian ones alone
+    shares: np.ndarray | None = None  # (species, species): gamma_ij / gamma where pairs differ
 
     def change(self, u: float, g: float, theta: float, drawn: bool) -> float:
         """Change of a relative velocity u; ``drawn`` says whether Lowe's pair is due."""
@@ -155,9 +146,9 @@ class Integrator(Term, key="integrator"):
     def completed(self, scene: Any) -> Self:
         if not self.is_auto:
             return self
-        from dpd.physics.common.automatic import TOLERANCE, choose
+        from dpd.physics.common.automatic import choose
 
-        tolerance = self.tolerance or TOLERANCE
+        tolerance = self.tolerance or 0.01
         found = self.model_copy(update={"tolerance": tolerance})
         found._guess = type(self).model_validate(choose(scene, tolerance))
         return found
@@ -172,11 +163,9 @@ class Integrator(Term, key="integrator"):
         if scheme_named(self.named.scheme).exchange is None:
             return
         for term in scene.terms.values():
-            if term.brakes(scene):
-                text = f"{self.scheme!r} lets pairs exchange momentum, and the friction of "
-                text += f"{term.key!r} is a force on beads; allowed: {WITHOUT_EXCHANGE}"
-                yield "scheme", text
+            why = "whose friction is a force on beads" if term.brakes(scene) else ""
             if Change.SLIDES in term.changes(scene):
-                text = f"{self.scheme!r} lets pairs exchange momentum by their direction alone, "
-                text += "and how the flow moves them apart depends on their distance; allowed with "
-                yield "scheme", f"{text}{term.key!r}: {WITHOUT_EXCHANGE}"
+                why = "whose flow moves pairs apart by their distance"
+            if why:
+                text = f"{self.scheme!r} lets pairs exchange momentum, and there is {term.key!r}, "
+                yield "scheme", f"{text}{why}; allowed: {WITHOUT_EXCHANGE}"

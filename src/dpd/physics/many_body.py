@@ -70,7 +70,7 @@ class ManyBody(NamedTuple):
         return self.repulsion * crowd / self.range if r < self.range else 0.0
 
     def slope(self, r: float) -> float:
-        """The root of 2 c times the slope of the weight, of whose squares the curvature has more.
+        """The root of 2 c times the slope of the weight.
 
         The Laplacian of U has the square of the gradient of each rho_i, by each bead, times 2 c.
         """

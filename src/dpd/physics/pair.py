@@ -9,43 +9,60 @@ and the slopes of the spline at both ends.
 from __future__ import annotations
 
 import csv
-import hashlib
-import os
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import Field, Tag
+from pydantic import Field, Tag, ValidationError
 
-from dpd.errors import UserError, reason, shown
+from dpd.errors import UserError, reason
 from dpd.page import OR_TABLE, PairForce, PairTable, Refusals, Section, check_table, setting
 
 if TYPE_CHECKING:
-    from pathlib import Path
     from typing import Self
 
     import numpy as np
 
 CELLS = 1000
-COLUMNS = ("r", "energy", "force")
 LEAST_ROWS = 5
 NEAR = 0.1  # r_c, up to which a table must reach down; nearer the force goes on as a straight line
-ALIKE = 0.01  # relative difference of force and slope of the energy: coarse and rounded tables
+ALIKE = 0.01  # relative difference of energy and integral of the force: coarse, rounded tables
 ENDS = 1e-3  # of the largest value: what may be left at the end
 
 
-class TableFile(Section):
-    """A file as results name it."""
+class Table(Section):
+    """Columns of a file, as results have them."""
 
-    path: str = setting("Where it lies.", min_length=1)
-    sha256: str = setting("The digest that its content must have.", pattern=r"^[0-9a-f]{64}$")
+    r: list[float] = setting("Distances.", unit="r_c", min_length=LEAST_ROWS)
+    energy: list[float] = setting("Energies.", unit="kT")
+    force: list[float] = setting("Forces.", unit="kT / r_c")
 
+    def conflicts(self) -> Refusals:
+        """Where rows lie, how they end, and whether the energy is the integral of the force."""
+        import numpy as np
+        from scipy.interpolate import CubicSpline
 
-class Table(NamedTuple):
-    """Arrays of a file, and the digest of its content."""
-
-    r: np.ndarray
-    energy: np.ndarray
-    force: np.ndarray
-    sha256: str
+        r, energy, force = map(np.array, (self.r, self.energy, self.force))
+        if not len(r) == len(energy) == len(force):
+            yield "", f"{len(r)}, {len(energy)} and {len(force)} numbers; let columns be as long"
+            return
+        rows = np.diff(r) <= 0
+        if rows.any():
+            last, here = r[np.argmax(rows) :][:2]
+            yield "r", f"{here:g} is not above that before, {last:g}; let r ascend"
+            return
+        if not 0 <= r[0] <= NEAR or r[-1] > 1:
+            yield "r", f"from {r[0]:g} to {r[-1]:g}; allowed: from 0 to {NEAR:g} up to at most 1"
+        for name, column in (("energy", energy), ("force", force)):
+            if abs(column[-1]) > ENDS * abs(column).max():
+                text = f"{column[-1]:g} where the force ends; allowed: 0. Shift the energy, or let "
+                yield name, f"{text}the table go on to where both vanish"
+        work = CubicSpline(r, force).antiderivative()(r)
+        off = abs(work[-1] - work - energy)
+        far = off > ALIKE * np.maximum(abs(energy), 0.1 * abs(energy).max())
+        for row in far.nonzero()[0][-1:]:
+            text = f"{energy[row]:.6g} at r = {r[row]:g}, and the integral of the force to the end "
+            text += f"is {work[-1] - work[row]:.6g}; the force must be minus its slope"
+            yield "energy", text
 
 
 class TabulatedForces(PairForce, key="pair"):
@@ -56,26 +73,27 @@ class TabulatedForces(PairForce, key="pair"):
     """
 
     bare = "files"
+    caption = "forces from tables"
     files: PairTable[
         Annotated[
-            Annotated[str, Field(min_length=1), Tag("=one")] | Annotated[TableFile, Tag("=table")],
+            Annotated[str, Field(min_length=1), Tag("=one")] | Annotated[Table, Tag("=table")],
             OR_TABLE,
         ]
     ] = setting("A file for each pair of species.")
 
-    def found(self, folder: str | Path, where: str) -> Self:
-        """With whole paths and digests of the files; one with a digest is read when it acts."""
-        found = {}
-        for pair, file in self.files.items():
-            if isinstance(file, str):
-                path = os.path.abspath(os.path.join(folder, file))
-                table = read_table(path, f"{where}: pair.{pair}")
-                file = TableFile(path=path, sha256=table.sha256)
-            found[pair] = file
-        return self.model_copy(update={"files": found})
+    def conflicts(self) -> Refusals:
+        for pair, table in self.files.items():
+            for place, problem in table.conflicts() if isinstance(table, Table) else ():
+                yield f"{pair}.{place}".rstrip("."), problem
 
-    def content(self) -> Any:
-        return {pair: file["sha256"] for pair, file in self.plain().items()}
+    def found(self, folder: str | Path, where: str) -> Self:
+        """With the columns of the files."""
+        found = {
+            pair: read_table(Path(folder, table), f"{where}: pair.{pair}")
+            if isinstance(table, str) else table
+            for pair, table in self.files.items()
+        }  # fmt: skip
+        return self.model_copy(update={"files": found})
 
     def unknown(self, scene: Any) -> Refusals:
         yield from check_table(self.files, scene, scene.pairs, "")
@@ -86,18 +104,11 @@ class TabulatedForces(PairForce, key="pair"):
 
         number, tables = np.zeros((len(scene.species),) * 2, np.int64), [np.zeros((CELLS, 5))]
         ends, files = [1.0], dict[str, Any](self.files)
-        for pair, file in files.items():
-            where = f"{scene.where}: pair.{pair}"
-            table = read_table(file.path, where)
-            if table.sha256 != file.sha256:
-                raise UserError(
-                    f"{where}: {file.path}: is not the file that this was made with: its digest "
-                    f"is {table.sha256}, and not {file.sha256}"
-                )
+        for pair, table in files.items():
             i, j = (scene.species.index(name) for name in pair.split())
             number[i, j] = number[j, i] = len(tables)
             tables.append(on_grid(table))
-            ends.append(float(table.r[-1]))
+            ends.append(table.r[-1])
         of_pair = number.ravel()
         return {"table": of_pair, "end": np.array(ends)[of_pair], "coefficients": np.array(tables)}
 
@@ -137,73 +148,23 @@ def on_grid(table: Table) -> np.ndarray:
     return np.concatenate([energy[:, None], c], axis=1)
 
 
-def read_table(path: str, where: str) -> Table:
-    """A table of a CSV file; a UserError says what is wrong, with file, row and column.
-
-    Refused is what is no table of numbers, does not reach from near 0 to where the force ends, or
-    has a force that is not minus the slope of the energy.
-    """
-    import numpy as np
-
+def read_table(path: Path, where: str) -> Table:
+    """The table of a CSV file; a UserError says what is wrong with it."""
     where = f"{where}: {path}"
     try:
-        with open(path, "rb") as file:
-            content = file.read()
-        lines = enumerate(csv.reader(content.decode().splitlines()), 1)
-        rows = [(n, [cell.strip() for cell in row]) for n, row in lines if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as problem:
+        lines = csv.DictReader(path.read_text().splitlines(), skipinitialspace=True)
+        rows = [{name: float(line[name]) for name in Table.model_fields} for line in lines]
+        table = Table(**{name: [row[name] for row in rows] for name in Table.model_fields})
+    except (OSError, UnicodeDecodeError) as problem:
         raise UserError(f"{where}: cannot be read ({reason(problem)})") from None
-    header = rows[0][1] if rows else []
-    if sorted(header) != sorted(COLUMNS):
-        named = f"{shown(', '.join(header), str)}" if header else "nothing"
-        raise UserError(f"{where}: row 1: {named} instead of the columns {', '.join(COLUMNS)}")
-    values = []
-    for n, row in rows[1:]:
-        given = dict(zip(header, row))
-        values.append([_number(given.get(name, ""), name, n, where) for name in COLUMNS])
-    if len(values) < LEAST_ROWS:
-        raise UserError(f"{where}: {len(values)} rows of numbers; allowed: >= {LEAST_ROWS}")
-    r, energy, force = np.array(values).T
-    table = Table(r, energy, force, hashlib.sha256(content).hexdigest())
-    for place, column, text in _problems(table):
-        raise UserError(f"{where}: row {rows[1:][place][0]}, column {column}: {text}")
+    except ValidationError as problem:
+        first = problem.errors()[0]
+        raise UserError(f"{where}: {first['loc'][0]}: {first['msg']}") from None
+    except (KeyError, TypeError, ValueError, csv.Error) as problem:
+        raise UserError(
+            f"{where}: row {lines.line_num}: {problem}; needed are numbers in the columns "
+            f"{', '.join(Table.model_fields)}, named in the first row"
+        ) from None
+    for name, wrong in table.conflicts():
+        raise UserError(f"{where}: {name}: {wrong}")
     return table
-
-
-def _number(text, name, n, where):
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not abs(value) < 1e100:
-        raise UserError(f"{where}: row {n}, column {name}: {shown(text)} is not a number")
-    return value
-
-
-def _problems(table):
-    """Where rows lie, how they end, and whether their force is minus the slope of their energy."""
-    import numpy as np
-    from scipy.interpolate import CubicSpline
-
-    r, energy, force = table.r, table.energy, table.force
-    for place, here in enumerate(r):
-        if not 0 <= here <= 1:
-            yield place, "r", f"{here:g}; allowed: from 0 to 1"
-        if place and here <= r[place - 1]:
-            yield place, "r", f"{here:g} is not above that before, {r[place - 1]:g}; let r ascend"
-    if r[0] > NEAR:
-        yield 0, "r", f"{r[0]:g} is far from 0; allowed: <= {NEAR:g}"
-    for name, column in (("energy", energy), ("force", force)):
-        if abs(column[-1]) > ENDS * abs(column).max():
-            text = f"{column[-1]:g} where the force ends; allowed: 0. Shift the energy, or let the "
-            yield -1, name, f"{text}table go on to where both vanish"
-    work, fall, h = np.diff(CubicSpline(r, force).antiderivative()(r)), -np.diff(energy), np.diff(r)
-    size = h * (abs(force[1:]) + abs(force[:-1]))
-    rounding = 1e-12 + 1e-4 * np.maximum(abs(energy[1:]), abs(energy[:-1]))
-    allowed = ALIKE * (size + h * abs(force).max() / 10) + rounding
-    worst = int(np.argmax(abs(work - fall) / allowed))
-    if abs(work - fall)[worst] > allowed[worst]:
-        mean, slope = work[worst] / h[worst], fall[worst] / h[worst]
-        text = f"since the row before the mean force is {mean:.6g}, and the energy falls by "
-        text += f"{slope:.6g} for each r_c; the force must be minus the slope of the energy"
-        yield worst + 1, "force", text

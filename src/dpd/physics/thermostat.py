@@ -22,11 +22,20 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag
 
-from dpd.page import NotNegative, Refusals, Term, check_species, check_table, inside, setting
+from dpd.page import (
+    OR_TABLE,
+    NotNegative,
+    Refusals,
+    Term,
+    check_species,
+    check_table,
+    inside,
+    setting,
+)  # fmt: skip
 
-# A table by pairs of species; for langevin by species.
+# By pairs of species; for langevin by species.
 _Table = Annotated[
     dict[Annotated[str, Field(pattern=r"^\S+( \S+)?$")], NotNegative], Field(min_length=1)
 ]
@@ -42,8 +51,7 @@ class Thermostat(Term, key="thermostat"):
     )  # fmt: skip
     kT: float = setting("Temperature.", 1.0, ge=1e-6, le=1e6)
     gamma: Annotated[
-        Annotated[NotNegative, Tag("=one")] | Annotated[_Table, Tag("=table")],
-        Discriminator(lambda value: "=table" if isinstance(value, dict) else "=one"),
+        Annotated[NotNegative, Tag("=one")] | Annotated[_Table, Tag("=table")], OR_TABLE
     ] = setting(
         "Friction; 0 for none, and then no noise either. One number, or one for each pair of "
         "species, as {A A: 4.5, A B: 9, B B: 4.5}; for langevin one for each species, as {A: 4.5, "
@@ -52,16 +60,15 @@ class Thermostat(Term, key="thermostat"):
     noise: Literal["uniform", "gaussian"] = setting("Distribution of the noise.", "uniform")
 
     def unknown(self, scene: Any) -> Refusals:
-        if not isinstance(self.gamma, dict):
-            return
-        single = next((name for name in self.gamma if " " not in name), "")
-        if self.kind == "langevin":
-            yield from inside("gamma", check_species(self.gamma, scene.species, 4.5))
-        elif single:
-            text = f"one value for each pair of species: write '{single} {single}'"
-            yield f"gamma.{single}", text
-        else:
-            yield from inside("gamma", check_table(self.gamma, scene, scene.pairs, 4.5))
+        table = self.gamma if isinstance(self.gamma, dict) else {}
+        single = [name for name in table if " " not in name]
+        if self.kind == "dpd" and single:
+            text = f"one value for each pair of species: write '{single[0]} {single[0]}'"
+            yield f"gamma.{single[0]}", text
+        elif table and self.kind == "dpd":
+            yield from inside("gamma", check_table(table, scene, scene.pairs, 4.5))
+        elif table:
+            yield from inside("gamma", check_species(table, scene.species, 4.5))
 
     def frictions(self) -> list[float]:
         return list(self.gamma.values()) if isinstance(self.gamma, dict) else [self.gamma]
@@ -76,7 +83,7 @@ class Friction(NamedTuple):
 
     gamma: float  # friction in kT tau / r_c^2
     amplitude: float  # sigma dt^(-1/2), in kT / r_c
-    gaussian: bool  # Gaussian instead of uniform random numbers
+    gaussian: bool  # random numbers, or uniform ones
     # (species, species): gamma_ij / gamma where pairs of species differ. The approach of a pair
     # then comes multiplied by its share, and theta by the root of that.
     shares: np.ndarray | None = None
@@ -90,12 +97,10 @@ class Friction(NamedTuple):
 class Langevin(NamedTuple):
     """Friction and noise on each bead."""
 
-    gamma: float  # friction in kT tau / r_c^2
-    amplitude: float  # sigma dt^(-1/2), in kT / r_c
-    gaussian: bool  # Gaussian instead of uniform random numbers
-    # (species,): gamma_i / gamma where species differ. The velocity then comes multiplied by the
-    # share of its bead, and zeta by the root of that.
-    shares: np.ndarray | None = None
+    gamma: float
+    amplitude: float
+    gaussian: bool
+    shares: np.ndarray | None = None  # (species,): gamma_i / gamma; as of pairs
 
     def random(self, zeta: float) -> float:
         return self.amplitude * zeta

@@ -35,12 +35,11 @@ from dpd.page import (
 )  # fmt: skip
 
 RANGE = 1.0  # of a wall's force in r_c
-# A bead gets behind a plane by chance, and because its neighbours push it. There is room for it as
-# far as the wall's energy is below this many kT and what the neighbours can push with: further out
-# it is met with a chance below 1e-13.
+# kT of chance, beside what neighbours push with, that a bead behind a plane may have in energy:
+# more has a chance below 1e-13.
 RARE = 30.0
-# Energy of a bead among neighbours without order, for the density 1 and the repulsion 1: the
-# integral of the pair energy (1 - r)^2 / 2 over the range of the force.
+# Energy of a bead among neighbours without order, for density and repulsion of 1: the integral of
+# (1 - r)^2 / 2.
 ENERGY_OF_FLUID = {2: math.pi / 12, 3: math.pi / 15}
 DEEPEST = 10  # r_c behind a plane for which room is made
 Velocity = Annotated[
@@ -84,18 +83,14 @@ class SoftWalls(Term, key="walls"):
         return tuple(sorted("xyz".index(name) for name in names))
 
     def conflicts(self) -> Refusals:
-        axes = self.axes()
-        if len(set(axes)) < len(axes) or not axes:
+        axes, velocities = self.axes(), self.velocity or []
+        if len(set(axes)) < len(axes):
             yield "axis", f"{self.axis} should name each axis once"
-        if self.velocity is None:
-            return
-        if len(axes) > 1:
+        if velocities and len(axes) > 1:
             yield "velocity", "has no meaning for walls along several axes; keep one axis"
-        for side, velocity in zip(("lower", "upper"), self.velocity):
-            if len(axes) == 1 and axes[0] < len(velocity) and velocity[axes[0]]:
-                text = f"the {side} wall would move along its own normal {self.axis}"
-                yield "velocity", f"{text}; allowed there: 0"
-        if not self.gamma:
+        elif any(velocity[axes[0]] for velocity in velocities if axes[0] < len(velocity)):
+            yield "velocity", f"a wall would move along its normal {self.axis}; allowed there: 0"
+        if velocities and not self.gamma:
             yield "velocity", "has no effect on walls without friction; add walls.gamma"
 
     def refuses(self, scene: Any) -> Refusals:
@@ -104,27 +99,17 @@ class SoftWalls(Term, key="walls"):
                 text = f"the box has an edge of {scene.box[axis]:g} along {'xyz'[axis]}, and a "
                 text += "bead would feel both walls at the same time"
                 yield "axis", f"{text}; allowed: >= {2 * RANGE:g}"
-        for side, velocity in zip(("lower", "upper"), self.velocity or ()):
+        for velocity in self.velocity or ():
             if len(velocity) != scene.dimension:
-                text = f"{len(velocity)} components for the {side} wall; allowed: {scene.dimension}"
+                text = f"{len(velocity)} components for a wall; allowed: {scene.dimension}"
                 yield "velocity", f"{text}, one per axis"
-                break
-        softest, least = min(scene.by_species(self.repulsion)), self._most(scene) * 2
-        least /= (DEEPEST + RANGE) ** 2
-        if softest < least:
-            text = f"{softest:g} is too soft: beads would get more than {DEEPEST} r_c behind the "
-            yield "repulsion", f"{text}planes; allowed: >= {least:.3g} for this fluid"
-
-    def _most(self, scene):
-        """Energy that a bead at a wall may have, in kT, up to a chance that is `RARE`."""
-        strongest = max(0.0, *scene.repulsions.values())
-        pushed = ENERGY_OF_FLUID[scene.dimension] * scene.density * strongest
-        return float(RARE * scene.kT + pushed)
 
     def reach(self, scene: Any) -> float:
         """How far behind a plane there is room for a bead, in r_c: a whole number."""
-        softest = min(scene.by_species(self.repulsion))
-        deep = math.sqrt(2 * self._most(scene) / softest) - RANGE
+        strongest = max(0.0, *scene.repulsions.values())
+        pushed = ENERGY_OF_FLUID[scene.dimension] * scene.density * strongest
+        most = float(RARE * scene.kT + pushed)  # energy of a bead at a wall
+        deep = math.sqrt(2 * most / min(scene.by_species(self.repulsion))) - RANGE
         return float(max(1, math.ceil(min(deep, DEEPEST))))
 
     def changes(self, scene: Any) -> frozenset[Change]:
@@ -133,11 +118,7 @@ class SoftWalls(Term, key="walls"):
         return frozenset({Change.ENDS, Change.FLOWS} if moves else {Change.ENDS})
 
     def gap(self, scene: Any, axis: int) -> float:
-        """Room behind a plane, and a cutoff.
-
-        In a step a bead moves by 1 r_c at most. None can pass the middle of both gaps before it is
-        noticed, and beads within reach of opposite planes are 2 r_c or more apart.
-        """
+        """Room behind a plane, and a cutoff: beads behind opposite planes never feel each other."""
         return self.reach(scene) + 1.0 if axis in self.axes() else 0.0
 
     def across(self, scene: Any) -> tuple[int, ...]:
@@ -166,7 +147,7 @@ class WallFriction(NamedTuple):
 
     gamma: float  # friction in kT tau / r_c^2
     amplitude: float  # sigma dt^(-1/2), in kT / r_c
-    gaussian: bool  # Gaussian instead of uniform random numbers
+    gaussian: bool  # random numbers, or uniform ones
 
     def random(self, zeta: float, w: float) -> float:
         return self.amplitude * w * zeta
@@ -182,12 +163,9 @@ class Walls(NamedTuple):
     repulsion: np.ndarray  # (species,): a_w in kT / r_c
     axis: np.ndarray  # (walls,) int64: the axis that each plane is normal to
     place: np.ndarray  # (walls,): where the plane is on that axis, in r_c
-    # (walls,): 1.0 for a lower plane, whose beads are above it; -1.0 for an upper one
-    inward: np.ndarray
+    inward: np.ndarray  # (walls,): 1.0 for a lower plane; -1.0 for an upper one
     velocity: np.ndarray  # (walls, dimension): of the wall, in r_c / tau
-    # how far behind a plane a bead may get, in r_c. The box has room for that and a cutoff more, so
-    # that beads behind opposite planes never feel each other.
-    reach: float
+    reach: float  # how far behind a plane a bead may get, in r_c
     friction: WallFriction | None = None
 
     def force(self, a: float, z: float) -> float:

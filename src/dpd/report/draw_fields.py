@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from dpd.errors import UserError, shown
+from dpd.particles.particles import frame_number
 from dpd.report.style import OF_SPECIES
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def draw_fields(
     """Draw slices of density fields, or surfaces in them; see `dpd.report.draw.draw`."""
     if not 0 < len(frames) <= MOST_FRAMES:
         raise UserError(f"frame: {len(frames)} of them in one picture; allowed: 1 to {MOST_FRAMES}")
-    numbers = [fields.number(frame, path) for frame in frames]
+    numbers = [frame_number(frame, len(fields.time), path) for frame in frames]
     levels = dict(
         _split("surface", word, "a species and a density, as in A=0.4") for word in surface
     )

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd.errors import LostRun, UserError, suggestion
-from dpd.laws import MOST_STRETCHED, STRETCHED
 from dpd.observe.common.accumulators import MultipleTau, Series
 from dpd.observe.common.snapshot import Snapshot, snapshot_of
 from dpd.own import blaming
@@ -31,7 +30,11 @@ TIMES = {
     "frame": "time since the end of equilibration, mean of the looks of a frame",
     "lag": "time apart",
 }
-EVERY = 200  # steps between looks at stretched bonds: less than half a per cent of the run time
+EVERY = 200  # steps between looks at long bonds: less than half a per cent of the run time
+# Of an edge: a bond that reaches further along an axis may soon be nearer to another image of its
+# bead than to its own. It may so in this share of all bonds and steps.
+LONG = 0.48
+MOST_LONG = 1e-4
 FEW = 10  # finds that say nothing: so short a run knows its means far less well
 
 
@@ -247,7 +250,7 @@ class Stretch(Observable, key="stretch"):
 
     A bond that grows longer than half an edge along an axis flips to another image of its bead.
     Before it does, and after it has, it reaches over 48 % of the edge. As long as a share of less
-    than `MOST_STRETCHED` of all bonds is found so, the mean square length of harmonic bonds without
+    than `MOST_LONG` of all bonds is found so, the mean square length of harmonic bonds without
     a rest length is less than 3e-4 too small, and that of stiffer ones less.
     """
 
@@ -257,12 +260,12 @@ class Stretch(Observable, key="stretch"):
     def measure(self, now: Any) -> Any:
         bonds, looks = len(now.bond_vectors), now.scene.steps.sample // self.every
         now.kept["count"] += reaching_over(now.bond_vectors.T, now.lattice)
-        count, allowed = int(now.kept["count"][0]), max(FEW, MOST_STRETCHED * bonds * looks)
+        count, allowed = int(now.kept["count"][0]), max(FEW, MOST_LONG * bonds * looks)
         if count > allowed:
             edges = " x ".join(f"{edge:g}" for edge in now.box)
             raise LostRun(
                 f"bonds are too long for the box of {edges} r_c: by step {now.step}, {count} "
-                f"were found to reach over {STRETCHED:.0%} of an edge, beyond half of which they "
+                f"were found to reach over {LONG:.0%} of an edge, beyond half of which they "
                 f"pull at another image (allowed in the run: {round(allowed)}). Take a larger "
                 "box, or stiffer or shorter bonds",
                 now.step,
@@ -271,10 +274,10 @@ class Stretch(Observable, key="stretch"):
 
 
 def reaching_over(bonds: np.ndarray, box: tuple[float, ...]) -> int:
-    """Number of bonds, once for each axis, along which they reach over `STRETCHED` of an edge.
+    """Number of bonds, once for each axis, along which they reach over `LONG` of an edge.
 
     (dimension, bonds) vectors, at nearest images; where images slide, axes are those of the box.
     """
     from dpd.engine.space import along_axes
 
-    return int((np.abs(along_axes(bonds, box)) > STRETCHED * np.array(box)[:, None]).sum())
+    return int((np.abs(along_axes(bonds, box)) > LONG * np.array(box)[:, None]).sum())

@@ -15,7 +15,6 @@ import yaml
 from dpd.errors import UserError
 
 TABLE = Path(__file__).with_name("automatic.yaml")
-TOLERANCE = 0.01  # in pressure and kT, if none is given
 # Beads per r_c^3 of the systems measured. Two beads that meet alone are no softer than there.
 DENSITY = {"fluid": 3.0, "melt": 1.0}
 # Their friction is no force: kT 0.99, 1.00 and 1.02 at gamma 200, where other schemes blow up.
@@ -23,12 +22,11 @@ HOLDING = ("shardlow", "lowe-andersen", "aboba")
 
 
 def choose(scene: Any, tolerance: float) -> dict[str, Any]:
-    """A guess at ``scheme``, ``lambda`` and ``dt`` of a scene that leaves them to us.
+    """A guess at ``scheme``, ``lambda`` and ``dt``, for a relative error in pressure and kT.
 
     The step is that of the measured system, shorter where this one is stiffer (as
-    1 / sqrt(stiffness), the period of its fastest motion) or hotter. The lightest beads count, and
-    the highest friction. The tolerance is a relative error in pressure and kT. A UserError says
-    what is beyond the table, or was not there (`dpd.page.Term.untried`).
+    1 / sqrt(stiffness), the period of its fastest motion) or hotter; the lightest beads count, and
+    the highest friction. A UserError says what was not measured (`dpd.page.Term.untried`).
     """
     thermostat = scene.terms["thermostat"]
     untried = [term.untried.format(key=key) for key, term in scene.terms.items() if term.untried]
@@ -60,9 +58,9 @@ def _row(choices, gamma, tolerance, where):
     most = max(choice["gamma"] for choice in choices)
     if gamma > most:
         raise UserError(
-            f"{where}: thermostat.gamma: {gamma:g} is more than 'auto' was measured for; allowed: "
-            f"<= {most:g} (over the mass of the lightest beads, where that is below 1), or name "
-            f"scheme and dt: {', '.join(HOLDING)} hold gamma 200 at dt 0.04 in a fluid of density 3"
+            f"{where}: thermostat.gamma: {gamma:g}, over the least mass, is more than 'auto' was "
+            f"measured for; allowed: <= {most:g}, or name scheme and dt: {', '.join(HOLDING)} hold "
+            "gamma 200 at dt 0.04 in a fluid of density 3"
         )
     above = min(choice["gamma"] for choice in choices if choice["gamma"] >= gamma)
     known = {choice["tolerance"]: choice for choice in choices if choice["gamma"] == above}

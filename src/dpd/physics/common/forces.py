@@ -1,14 +1,12 @@
 """The record of all that acts on beads, what it is made of, and how kernels call a term of it.
 
-A term is a record whose methods are its force, its energy and its curvature: a class of its page,
-or numbers with the formulas of the page. Numba knows the class of a record when it compiles, so
-`force(term, ...)` in a kernel becomes the method of that class and nothing else: terms that a scene
-does not name cost nothing.
+A term is a record whose methods are its force, its energy and its curvature. Numba knows the class
+of a record when it compiles, so `force(term, ...)` in a kernel becomes the method of that class.
 
 The engine knows one conservative force between pairs, a record with ``force(a, r, w)``, ``energy``
 and ``curvature``, and takes for a the entry of its table ``repulsion`` for the two species. With
-pair forces of a user's own beside the repulsion one record adds up all of them, and that table
-holds the number of the pair of species, by which each force finds its own numbers.
+pair forces beside the repulsion one record adds up all of them, and that table holds the number of
+the pair of species, by which each force finds its own numbers.
 """
 
 from __future__ import annotations
@@ -61,8 +59,7 @@ class Forces(NamedTuple):
 def law_of(laws: Any, place: int) -> Any:
     """A record with one number in the place of each of its columns; itself if it has none.
 
-    The place is in the columns, or, if one of them is called ``number``, in that, which has the
-    place in the others.
+    If one of them is called ``number``, that has the place in the others.
     """
     law: Any = type(laws)
     return _one_of(law, tuple(np.ndim(value) == 1 for value in laws))(laws, place)
@@ -120,10 +117,9 @@ def record_class(
 ) -> type[Any]:
     """A NamedTuple with the formulas of a page, and others that it does not give.
 
-    It is made once, in the module of the page: kernels on the disk find it there. Its name carries
-    that of the module, in which for a file of one's own is its digest: Numba tells the arguments of
-    a kernel apart by the names of their classes, and would run the code of an edited page's former
-    version.
+    It is made once, in the module of the page, where kernels on the disk find it. Its name carries
+    that of the module, with the digest of a file of one's own: Numba tells the arguments of a
+    kernel apart by the names of their classes.
     """
     module, fields = sys.modules[page.__module__], tuple(fields)
     name = f"{page.__name__}_{page.__module__}".replace(".", "_")
@@ -142,10 +138,7 @@ def record_class(
 
 
 def pair_record(page: PairForce, scene: Any) -> Any:
-    """The numbers of a pair force: what its formulas see as ``self``.
-
-    A setting by pairs of species becomes a flat table; one that is no number is left out.
-    """
+    """The numbers of a pair force, ``self`` of its formulas; by pairs of species a flat table."""
     values = page.numbers(scene)
     for name in type(page).model_fields if not values else ():
         value = getattr(page, name)

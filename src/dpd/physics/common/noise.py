@@ -1,7 +1,6 @@
 """Pair noise as a pure function of (seed, step, pair of bead identities).
 
-The same pair at the same step draws the same number, whatever the order in which pairs
-are found, and whether or not the run was interrupted in between.
+So it does not matter in which order pairs are found, nor whether the run was interrupted.
 """
 
 from typing import NamedTuple
@@ -26,9 +25,9 @@ SINE_STEPS = tuple(-1.0 / (2 * k * (2 * k + 1)) for k in range(1, 12))  # from t
 
 
 class Keys(NamedTuple):
-    """Two 32-bit keys of a step."""
+    """Of a step."""
 
-    first: int
+    first: int  # 32 bits, as the other
     second: int
 
 
@@ -47,7 +46,7 @@ def mix32(h):
 
 @inlined()
 def step_keys(seed, step):
-    """Keys of a step: one SplitMix64 output for the pair (seed, step)."""
+    """One SplitMix64 output for the pair (seed, step)."""
     z = uint64(uint64(seed) * uint64(0xD1342543DE82EF95) + uint64(step))
     z = uint64(z * uint64(0x9E3779B97F4A7C15))
     z = uint64((z ^ (z >> uint64(30))) * uint64(0xBF58476D1CE4E5B9))
