@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from functools import lru_cache
 from itertools import product
+from math import hypot
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import int64, uint32, uint64
 
 from dpd.engine.rows import copy_row, rows_of
-from dpd.engine.space import edges_of, longest_cutoffs
+from dpd.engine.space import edges_of, slide_of
 from dpd.jit import inlined, inlined_exactly
 
 if TYPE_CHECKING:
@@ -63,9 +64,11 @@ class Cells(NamedTuple):
 
 
 def grid_of(box: Sequence[float], cutoff: float) -> Grid:
-    """The `Grid` with as many cells as fit with edges not below the cutoff."""
-    cutoffs = longest_cutoffs(box, cutoff)
-    shape = tuple(max(1, int(edge / longest)) for edge, longest in zip(box, cutoffs))
+    """The `Grid` with as many cells as fit with edges not below the cutoff, at any tilt."""
+    least, slide = [cutoff] * len(box), slide_of(box)
+    if slide is not None:
+        least[slide.flow] *= hypot(1.0, 0.5 * slide.ratio)
+    shape = tuple(max(1, int(edge / length)) for edge, length in zip(box, least))
     return _grid(edges_of(box), shape)
 
 

@@ -20,7 +20,6 @@ the number of the step. Positions are kept in the upright box.
 from __future__ import annotations
 
 from fractions import Fraction
-from math import hypot
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -94,14 +93,6 @@ def slide_of(box: Sequence[float]) -> Slide | None:
     return getattr(box, "slide", None)
 
 
-def longest_cutoffs(box: Sequence[float], cutoff: float) -> list[float]:
-    """The most that a distance of one cutoff can be along each axis of the lattice, at any tilt."""
-    cutoffs, slide = [cutoff] * len(box), slide_of(box)
-    if slide is not None:
-        cutoffs[slide.flow] *= hypot(1.0, 0.5 * slide.ratio)
-    return cutoffs
-
-
 def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
     """Separations, a (dimension, ...) array, at their nearest image."""
     edges, slide = _columns(apart, box), slide_of(box)
@@ -126,8 +117,8 @@ def wrapped(position: np.ndarray, box: Sequence[float]) -> tuple[np.ndarray, np.
         position[slide.flow] -= slide.tilt[0] * up * height
     boxes = np.floor(position / edges)
     inside = position - edges * boxes
-    over = inside >= edges  # rounding may reach the edge
-    return np.where(over, 0.0, inside), (boxes + over).astype(np.int32)
+    over = inside >= edges  # rounding may reach the edge, or fall short of 0
+    return np.where(over, 0.0, np.maximum(inside, 0.0)), (boxes + over).astype(np.int32)
 
 
 def unfolded(position: np.ndarray, image: np.ndarray, box: Sequence[float]) -> np.ndarray:
