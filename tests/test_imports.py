@@ -141,15 +141,6 @@ def test_whoever_imports_numba_first_it_has_our_settings(first):
     assert done.stdout.split() == ["1", "True"]
 
 
-def test_of_the_pipeline_a_report_knows_papers_and_paths():
-    """Sweeps of both kinds, what they are made from; it does not plan, compile or run anything."""
-    rooms = [module for module in MODULES if room_of(module) == "report"]
-    names = set(chain.from_iterable(imported(MODULES[module]) for module in rooms))
-    known = {".".join(name.split(".")[:2]) for name in names if name.startswith("pipeline")}
-    names = ("paper", "paths", "sweep", "theory")
-    assert known <= {f"pipeline.{name}" for name in names}
-
-
 @pytest.mark.parametrize(
     "paper", sorted({path.parent.name for path in ROOT.glob("paper_figures/*/*.py")})
 )

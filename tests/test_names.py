@@ -13,10 +13,7 @@ from dpd.pipeline.paper import read_config, read_paper, read_study
 from tests.test_bad_input import FLUID, with_value
 from tests.test_bad_papers import PAPER
 
-HOSTILE = (
-    "$(touch X)", "`touch X`", "a;touch X", "a b", "it's", 'a"b', "fluid\n", "a\\b", "*", "-o",
-    ".hidden", "../fluid", "{sweep}", "", "\u00e9", "x" * 5000 + "!",
-)  # fmt: skip
+HOSTILE = "$(touch X)", "a b", "fluid\n", "-o", "../fluid", "", "x" * 5000 + "!"
 
 
 @pytest.fixture
@@ -92,33 +89,23 @@ def test_a_study_with_another_seed(config):
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_names_of_sweeps_figures_and_measurements(config, name):
-    """And of axes; a measurement is one of a list."""
+    """And of axes and their labels; a measurement is one of a list."""
     fluid = PAPER["sweeps"]["fluid"]
     axis = fluid["axes"]["a"]
+    choice = {"choice": {"values": {"plain": {}, name: {"repulsion": {"A A": 20}}}}}
     for paper in (
+        with_value(PAPER, ("sweeps", "fluid"), {"scene": FLUID, "axes": choice}),
         PAPER | {"sweeps": {name: fluid}, "figures": {"fig": {"sweeps": [name]}}},
         PAPER | {"figures": {name: {"sweeps": ["fluid"]}}},
         with_value(PAPER, ("sweeps", "fluid", "axes"), {name: axis}),
     ):
         (config / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
-        assert_one_sentence(lambda: read_paper("mine", "smoke"), name)
+        if name == "-o" and "choice" in str(paper):  # a label stands behind its axis
+            names = [point.name for point in read_paper("mine", "smoke").sweeps["fluid"].points]
+            assert set(names) == {"choice=plain,replica=0", "choice=-o,replica=0"}
+        else:
+            assert_one_sentence(lambda: read_paper("mine", "smoke"), name)
     paper = PAPER | {"measurements": [name]}
     (config / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
     with pytest.raises(UserError, match="lammps"):
         read_paper("mine", "smoke")
-
-
-@pytest.mark.parametrize("name", HOSTILE)
-def test_labels_of_axes(config, name):
-    """A label is part of the name of a folder; with its axis before it, it may begin with - or .
-
-    Here it is the text that chooses among parts of a scene.
-    """
-    axes = {"choice": {"values": {"plain": {}, name: {"repulsion": {"A A": 20}}}}}
-    paper = with_value(PAPER, ("sweeps", "fluid"), {"scene": FLUID, "axes": axes})
-    (config / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
-    if name in ("-o", ".hidden"):
-        names = [point.name for point in read_paper("mine", "smoke").sweeps["fluid"].points]
-        assert set(names) == {"choice=plain,replica=0", f"choice={name},replica=0"}
-        return
-    assert_one_sentence(lambda: read_paper("mine", "smoke"), name)

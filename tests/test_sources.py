@@ -209,21 +209,15 @@ def copy(tmp_path_factory):
     return folder, digests(folder)
 
 
-@pytest.fixture
-def changed(copy, request):
-    """A function that edits a file of the copy, and returns the names of what changed."""
+def changed(copy, name):
+    """Names of what an edited file of the copy changes."""
     folder, before = copy
-
-    def edit(name, more="\nEDITED = 1\n"):
-        path = folder / name
-        kept = path.read_text()
-        request.addfinalizer(lambda: path.write_text(kept))
-        path.write_text(kept + more)
-        after = digests(folder)
-        assert after.keys() == before.keys()
-        return {name for name in before if before[name] != after[name]}
-
-    return edit
+    text = (folder / name).read_text()
+    (folder / name).write_text(f"{text}\nEDITED = 1\n")
+    after = digests(folder)
+    (folder / name).write_text(text)
+    assert after.keys() == before.keys()
+    return {name for name in before if before[name] != after[name]}
 
 
 def runs(has):
@@ -242,42 +236,30 @@ def of_kind(names, *kinds):
     return {name for name in names if name.split()[0] in kinds}
 
 
-def test_an_edited_kernel_changes_runs_starts_and_compiled_code(changed):
-    """Of all scenes."""
-    names = changed("src/dpd/engine/search.py")
-    assert of_kind(names, "run") == runs(lambda scene: True)
-    assert len(of_kind(names, "start")) == len(of_kind(names, "run"))
-    assert "kernels" in names and not of_kind(names, "figure") - {FIGURE_OF_CHAINS}
-
-
 FIGURE_OF_CHAINS = "figure liu_2008 fig04_snapshot"
 
 
 @pytest.mark.parametrize(
-    ("page", "has"),
+    ("module", "has"),
     [
+        ("engine/search", lambda scene: True),
         ("observe/crossings", lambda scene: "crossings" in scene.observe),
-        ("physics/pressure", lambda scene: "pressure" in scene.terms),
+        ("physics/pressure", lambda scene: "pressure" in scene.terms),  # starts keep their box
+        ("analysis/interfaces", lambda scene: False),
     ],
 )
-def test_an_edited_page_changes_the_runs_that_name_it(changed, page, has):
-    """No start (the box keeps its size while it is made), no other run."""
-    names = changed(f"src/dpd/{page}.py")
-    expected = runs(has)
-    assert of_kind(names, "run") == expected and 0 < len(expected) < len(runs(lambda scene: True))
-    assert not of_kind(names, "start", "figure") - {FIGURE_OF_CHAINS}
+def test_an_edit_changes_what_it_decides(copy, module, has):
+    """Runs, starts and kernels of the scenes that have it, the figures that use it; no more."""
+    names, expected = changed(copy, f"src/dpd/{module}.py"), runs(has)
+    room = module.split("/")[0]
+    assert of_kind(names, "run") == expected
     compiled = {name.replace("compile", "run") for name in of_kind(names, "compile")}
-    assert compiled == (expected if page.startswith("physics") else set())
-    assert ("kernels" in names) == page.startswith("physics")
-
-
-def test_an_edited_analysis_changes_the_figures_that_use_it(changed):
-    """No run, and no other figure."""
-    names = changed("src/dpd/analysis/interfaces.py")
-    figures = of_kind(names, "figure")
-    assert "figure groot_warren_1997 fig06_interface" in figures
+    assert compiled == (expected if room in ("engine", "physics") else set())
+    assert ("kernels" in names) == (room in ("engine", "physics"))
+    assert len(of_kind(names, "start")) == (len(expected) if room == "engine" else 0)
+    figures = of_kind(names, "figure") - {FIGURE_OF_CHAINS}
+    assert ("figure groot_warren_1997 fig06_interface" in figures) == (room == "analysis")
     assert not any("nikunen" in name or "liu" in name for name in figures)
-    assert not of_kind(names, "run", "start", "kernels")
 
 
 def test_defaults_of_an_observable_are_part_of_a_scene():

@@ -98,7 +98,7 @@ def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path
         there = os.path.exists(path) and os.path.exists(given) and os.path.samefile(path, given)
         if there or os.path.realpath(given) == os.path.realpath(path):
             raise UserError(
-                f"{path}: what is written would take the place of {given}, which is read; choose "
+                f"{path}: what is written would take the place of what is read, {given}; choose "
                 "another name"
             )
 

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from dpd.page import Given
 
 STEP = 1e-6  # r_c, for the slope of an energy
-CELL = "cell_"  # of the names of files with what notebooks define
-TEXTS: dict[str, list[bytes]] = {}  # that modules were imported from
 _importing: list[Path] = []  # files of pages that are imported just now
 
 
@@ -82,14 +80,16 @@ def _wrong(key, page):
     if any(key in names(kind) for kind in (Observable, Start, Term) if issubclass(page, kind)):
         return f"{key!r} is a page of the package; take another key"
     gives = getattr(page, "gives", {})
-    for name, given in gives.items():
-        whole = isinstance(given, tuple) and len(given) == 3 and isinstance(given[0], tuple)
-        if not whole or not given[0] or given[0][0] not in KINDS:
-            return (
-                f"'gives' of {key!r}: {name!r} should be (dimensions, units, long_name), as "
-                f'(("block",), "r_c", "height"), of which the first is one of {", ".join(KINDS)}'
-            )
-    kinds = {dimensions[0] for dimensions, _, _ in gives.values()}
+    try:
+        kinds = {kind for (kind, *_), _, _ in gives.values()}
+    except (TypeError, ValueError, AttributeError):
+        kinds = {""}
+    if not kinds.issubset(KINDS):
+        return (
+            f"'gives' of {key!r} should have (dimensions, units, long_name) by names, as "
+            f'{{"height": (("block",), "r_c", "mean height")}}; the first of the dimensions is one '
+            f"of {', '.join(KINDS)}"
+        )
     if "lag" in kinds and not page.compared:
         return f"{key!r} gives averages over 'lag': say in 'compared' which dimensions it compares"
     if gives and page.of_sums and kinds != {"sample"}:
@@ -104,16 +104,15 @@ def _module(path: Path, name: str, where: str) -> ModuleType:
     same name.
     """
     files = files_of(path)
-    text = [file.read_bytes() for file in files]
-    if name in sys.modules and TEXTS[name] == text:
+    texts = [file.read_bytes() for file in files]
+    if getattr(sys.modules.get(name), "texts_of_page", None) == texts:
         return sys.modules[name]
     spec = spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None  # it is a .py file that can be read
-    beside = {file.stem for file in files[1:]}
-    others = {stem: sys.modules.pop(stem) for stem in beside if stem in sys.modules}
+    siblings = [file.stem for file in files[1:]]
+    others = {stem: sys.modules.pop(stem) for stem in siblings if stem in sys.modules}
     module = sys.modules[name] = module_from_spec(spec)
-    folder = str(path.parent)
-    sys.path.insert(0, folder)
+    sys.path.insert(0, str(path.parent))
     _importing.append(path)
     try:
         invalidate_caches()
@@ -123,11 +122,11 @@ def _module(path: Path, name: str, where: str) -> ModuleType:
         raise UserError(f"{where}: {path}: {_explained(problem, str(path))}") from None
     finally:
         _importing.pop()
-        sys.path.remove(folder)
-        for stem in beside & sys.modules.keys():
-            sys.modules[f"{name}.{stem}"] = sys.modules.pop(stem)
+        sys.path.remove(str(path.parent))
+        for stem in siblings:
+            sys.modules.pop(stem, None)
         sys.modules.update(others)
-    TEXTS[name] = text
+    module.texts_of_page = texts  # type: ignore[attr-defined]
     return module
 
 
@@ -209,15 +208,13 @@ def file_of(page: Any) -> str:
     if isinstance(page, str | os.PathLike):
         return os.path.abspath(page)
     name, module = getattr(page, "__name__", shown(page)), getattr(page, "__module__", "")
-    path = getattr(sys.modules.get(module), "__file__", None)
-    for part in vars(page).values() if isinstance(page, type) else [page]:
-        if isinstance(part, FunctionType) and part.__module__ == module:
-            place = part.__code__.co_filename
-            if os.path.isfile(place):
-                path = path or place
-            elif lines := linecache.getlines(place):
-                return _file_of_cell(lines, name)
-    if path is None:
+    parts = vars(page).values() if isinstance(page, type) else [page]
+    functions = (part for part in parts if isinstance(part, FunctionType))
+    place = next((f.__code__.co_filename for f in functions if f.__module__ == module), "")
+    if not os.path.isfile(place) and (lines := linecache.getlines(place)):
+        return _file_of_cell(lines, name)
+    path = getattr(sys.modules.get(module), "__file__", None) or place
+    if not os.path.isfile(path):
         raise UserError(
             f"{name!r} stands in no file, where a run that goes on in another process could find "
             "it; write it into one, and import it"
@@ -226,15 +223,13 @@ def file_of(page: Any) -> str:
 
 
 def _file_of_cell(lines: Sequence[str], name: str) -> str:
-    """A file with what a cell defines by a name, and what that uses, each line in its place."""
-    body, needed, kept = ast.parse("".join(lines)).body, {name, "*"}, set[int]()
-    while found := [node for node in body if not {node.lineno} <= kept and needed & _defined(node)]:
-        for node in found:
-            needed |= {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}
-            first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
-            kept |= set(range(first, (node.end_lineno or first) + 1))
-    text = "".join(line if n in kept else "\n" for n, line in enumerate(lines, 1))
-    path = cache_folder("pages") / f"{CELL}{text_digest(text)}.py"
+    """A file with what a cell defines by a name, and what that uses."""
+    body, needed, used = ast.parse("".join(lines)).body, {name, "*"}, list[ast.stmt]()
+    while found := [node for node in body if node not in used and needed & _defined(node)]:
+        used += found
+        needed |= {n.id for node in found for n in ast.walk(node) if isinstance(n, ast.Name)}
+    text = ast.unparse(ast.Module([node for node in body if node in used], []))
+    path = cache_folder("pages") / f"cell_{text_digest(text)}.py"
     if not path.is_file():
         with draft_of(path) as draft:
             draft.write_text(text)
@@ -311,7 +306,4 @@ def _explained(problem: BaseException, path: str) -> str:
     line = f"line {at[-1]}: " if at else ""
     if isinstance(problem, UserError):
         return f"{line}{problem}"
-    hint = ""
-    if isinstance(problem, NameError) and Path(path).name.startswith(CELL):
-        hint = "; a cell of a notebook that has a page must import and define what that uses"
-    return f"{line}{type(problem).__name__}: {shown(problem, str)}{hint}"
+    return f"{line}{type(problem).__name__}: {shown(problem, str)}"

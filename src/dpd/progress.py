@@ -38,11 +38,14 @@ class Progress:
         self._total, self._label, self._lock, self._doing = total, label, lock, doing
         # A program without a terminal, or a script, may have none, or have closed it.
         self._silent = bar is False or sys.stderr is None or getattr(sys.stderr, "closed", False)
-        shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
-        notebook = hasattr(shell, "kernel")
         self._bar = None
+        notebook = "ipykernel" in sys.modules
         if total and not self._silent and (bar or notebook or sys.stderr.isatty()):
-            self._bar = _bar(notebook)(total=total, desc=label, unit="step", dynamic_ncols=True)
+            with warnings.catch_warnings():  # that bars in notebooks are an experiment
+                warnings.simplefilter("ignore")
+                from tqdm.auto import tqdm  # which hundreds of jobs without a terminal do not need
+
+                self._bar = tqdm(total=total, desc=label, unit="step", dynamic_ncols=True)
         self._last = time.monotonic()
         self._marks: deque[tuple[float, int]] = deque(maxlen=REMEMBERED)
 
@@ -52,9 +55,9 @@ class Progress:
             self._bar.update(done - self._bar.n)
         elif not self._silent and now - self._last >= LINE_EVERY:
             self._last = now
-            share = done / self._total
+            text = f"{self._label}: step {done} of {self._total} ({done / self._total:.0%})"
             with suppress(OSError):  # nobody reads it any more
-                print(f"{self._label}: step {done} of {self._total} ({share:.0%})", file=sys.stderr)
+                print(text, file=sys.stderr)
         early = self._marks and now - self._marks[-1][0] < REPORT_EVERY and done < self._total
         if self._lock is not None and not early:
             before, first = self._marks[0] if self._marks else (now, done)
@@ -69,14 +72,3 @@ class Progress:
     def __exit__(self, *exception: object) -> None:
         if self._bar is not None:
             self._bar.close()
-
-
-def _bar(notebook):
-    """A bar of tqdm, which the hundreds of jobs without a terminal do not import."""
-    with warnings.catch_warnings():  # that bars in notebooks are an experiment
-        warnings.simplefilter("ignore")
-        if notebook:
-            from tqdm.autonotebook import tqdm
-        else:
-            from tqdm import tqdm
-    return tqdm

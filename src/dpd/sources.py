@@ -38,7 +38,7 @@ if (ROOT / "benchmarks" / "measure.py").is_file():
 # `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
     "dpd", "dpd.digest", "dpd.errors",
-    "dpd.own", "dpd.page", "dpd.page.base", "dpd.page.observable", "dpd.page.term",
+    "dpd.own", "dpd.page", "dpd.page.base", "dpd.page.kinds",
     "dpd.physics.common.automatic",
     "dpd.progress", "dpd.runs.lock", "dpd.runs.result",
     "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages",

@@ -14,5 +14,6 @@ from dpd.page.base import (
     Quantity, Refusals, Section, Species, Triple, check_species, check_table, find, inside,
     interval_setting, is_table, module_of, names, no_species, once, part, setting,
 )  # fmt: skip
-from dpd.page.observable import KINDS, Given, Observable
-from dpd.page.term import BondedForce, BondForce, PairForce, Start, Term
+from dpd.page.kinds import (
+    KINDS, BondedForce, BondForce, Given, Observable, PairForce, Start, Term,
+)  # fmt: skip
