@@ -19,7 +19,7 @@ KNOWN = {
     "pipeline/status.py": {"pressure"},
     "runs/measured.py": {"pressure"},
     "scene/sections.py": {"thermo"},  # the observable of a scene that names none
-    "start/common/make.py": {"pair"},  # a field of the engine's system
+    "start/common/make.py": {"angle", "bond", "pair"},  # fields of the engine's system
 }
 OF_ALL = {"integrator", "repulsion", "thermostat"}
 
