@@ -16,7 +16,7 @@ from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.test_constant_pressure import FLUID
 from tests.test_end_to_end import LAGS, pairs_of
-from tests.test_shear import PLANE
+from tests.test_shear import FLUID as SHEARED
 
 SCENE = {
     "dimension": 2,
@@ -127,7 +127,11 @@ class Far:
 @pytest.mark.parametrize("kind", ["at rest", "shear", "constant pressure"])
 def test_samples_any_distance_apart_follow_as_those_of_every_step(kind):
     """Some beads cross the box and a third of it, or images turn round, between two of them."""
-    data = {"at rest": SCENE, "shear": PLANE, "constant pressure": FLUID}[kind]
+    data = {
+        "at rest": SCENE,
+        "shear": SHEARED | {"dimension": 2, "box": [4.5, 4]},
+        "constant pressure": FLUID,
+    }[kind]
     scene = Scene(data | {"steps": {"equilibrate": 10, "sample": 3000}, "observe": ["thermo"]})
     system = system_of(scene)
     each, far = Far(scene, 1), Far(scene, 500)
