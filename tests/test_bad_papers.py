@@ -1,9 +1,12 @@
 """Bad papers and studies: one sentence with file, key, value and what is allowed."""
 
+import shutil
+
 import pytest
 
+from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.pipeline.paper import as_studied, read_paper
+from dpd.pipeline.paper import as_studied, read_paper, studies
 from tests.test_bad_input import FLUID, WRONG, key_of, places, refusal, with_value
 
 
@@ -62,7 +65,6 @@ def unfold(monkeypatch):
         def read(path):
             return {"papers": paper, "config": config}[path.parent.name]
 
-        monkeypatch.setattr("dpd.pipeline.paper.read_yaml", read)
         monkeypatch.setattr("dpd.pipeline.paper.read_yaml", read)
         return read_paper("groot_warren_1997", study)
 
@@ -143,6 +145,15 @@ def test_mistakes_in_what_a_study_has(unfold, place, value, named):
     message = refusal(unfold, with_value(PAPER, ("sweeps", "fluid", *place), value))
     for part in ("config/papers/groot_warren_1997.yaml: sweeps.fluid", *named):
         assert part in message, message
+
+
+def test_a_folder_of_studies_is_refused(tmp_path, monkeypatch):
+    """With what to write instead."""
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    (tmp_path / "config" / "studies").mkdir()
+    monkeypatch.setattr("dpd.pipeline.paper.CONFIG", tmp_path / "config")
+    with pytest.raises(UserError, match=r"config/studies: .*config/config.yaml, as studies: {"):
+        studies()
 
 
 def test_what_a_study_takes():
