@@ -80,7 +80,7 @@ def studies() -> dict[str, Study]:
     config = read_section(Config, read_yaml(CONFIG / "config.yaml"), WHERE)
     if (CONFIG / "studies").exists():
         raise UserError(
-            "config/studies: what a study changes stands beside each value in config/papers now, as "
+            "config/studies: what a study changes stands beside a value in config/papers now, as "
             "{paper: 4000, night: 1000}, and its name in config/config.yaml, as studies: {night: "
             "quick}; move it there and remove the folder"
         )
