@@ -6,6 +6,7 @@ import os
 import shutil
 import threading
 from contextlib import contextmanager, suppress
+from glob import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -212,31 +213,32 @@ def check_digest(
         raise UserError(f"{path}: made by other sources ({name} {found}, now {expected}); {remedy}")
 
 
-def _draft(path):
-    return path.with_name(f"{path.name}.writing")
-
-
 @contextmanager
 def draft_of(path: Path, is_kept: bool = True) -> Iterator[Path]:
-    """A name beside a file, for what takes its place once the block has ended well."""
-    draft = _draft(path)
+    """A name beside a file, this thread's own, for what takes its place once the block has ended.
+
+    Threads and processes may write the same file at once, as a start that their runs share.
+    """
+    draft = path.with_name(f"{path.name}.{threading.get_native_id()}.writing")
     TEMPORARY.add(draft)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        draft.unlink(missing_ok=True)  # of a process that was killed
+        draft.unlink(missing_ok=True)  # of a process of that number, which was killed
         draft.touch(exist_ok=False)
         yield draft
         if is_kept:
             os.replace(draft, path)
     finally:
-        remove_drafts(path)
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
         TEMPORARY.discard(draft)
 
 
 def remove_drafts(path: Path) -> None:
-    """Remove what a killed process left of a file; for the one at work on it, `dpd.runs.lock`."""
+    """Remove what killed processes left of a file; for the one at work on it, `dpd.runs.lock`."""
     with suppress(OSError):
-        _draft(path).unlink(missing_ok=True)
+        for draft in path.parent.glob(f"{escape(path.name)}.*.writing"):
+            draft.unlink(missing_ok=True)
 
 
 def remove_temporary() -> None:

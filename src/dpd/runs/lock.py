@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import socket
 import time
 from contextlib import contextmanager, suppress
@@ -89,7 +90,7 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
         raise UserError(
             f"{place}: cannot be written ({reason(problem)}); {remedy(problem, place.parent)}"
         ) from None
-    TEMPORARY.update((place, progress))
+    TEMPORARY.add(progress)
     lock = Lock(lease, progress)
     try:
         yield lock
@@ -105,7 +106,7 @@ def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wa
         owner = worker_on(path)
         who = f"(process {owner.process} on {owner.host})" if owner else ""
         with suppress(Timeout):
-            lease.acquire(blocking=False)
+            _acquire(lease)
             if owner:
                 say(f"{lease.lock_file}: left by a run that was killed {who}; taking over")
             return
@@ -122,6 +123,17 @@ def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wa
             say(f"{path}: {busy}")
             said = busy
         time.sleep(POLL)
+
+
+def _acquire(lease):
+    """Take it now; a signal waits until it is known to be ours, and so leaves no lock."""
+    signals = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    try:
+        lease.acquire(blocking=False)
+        TEMPORARY.add(Path(lease.lock_file))
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, former)
 
 
 def worker_on(path: str | Path) -> Worker | None:
