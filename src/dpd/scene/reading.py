@@ -127,7 +127,7 @@ class Settings:
 
     def _read_observable(self, item):
         """An observable by name, or by name with settings."""
-        if isinstance(item, dict) and len(item) != 1:
+        if isinstance(item, list) or (isinstance(item, dict) and len(item) != 1):
             text = f"{shown(item)} should be one name with its settings, as - rdf: {{range: 3}}"
             self._wrong.append(f"observe: {text}")
             return
