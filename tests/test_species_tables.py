@@ -51,7 +51,7 @@ def test_auto_looks_at_the_lightest_and_at_the_highest_friction():
     auto = BLEND | {"integrator": {"scheme": "auto"}, "thermostat": {"gamma": 0.5}}
     heavy, light = (Scene(auto | {"mass": {"B": mass}}) for mass in (4, 0.25))
     assert light.dt < 0.55 * heavy.dt
-    with pytest.raises(UserError, match="gamma: 100 "):
+    with pytest.raises(UserError, match="gamma: 100, "):
         Scene(auto | {"thermostat": {"gamma": {"A A": 1, "A B": 100, "B B": 1}}})
     with pytest.raises(UserError, match="without friction"):
         Scene(auto | {"thermostat": {"gamma": {"A A": 0, "A B": 0, "B B": 0}}})
