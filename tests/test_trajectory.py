@@ -250,8 +250,11 @@ def test_mdanalysis_finds_the_same_bonds_and_displacements(tmp_path):
 @pytest.mark.thorough
 def test_a_study_makes_trajectories(tmp_path):
     """Of those runs alone whose scene has one."""
-    folder, seen = copy_repository(tmp_path / "copy"), {"observe": [{"trajectory": {"every": 5}}]}
-    sweeps = {"fluid": {"scene": SCENE | seen, "replicas": 2}, "plain": {"scene": SCENE}}
+    folder, seen = copy_repository(tmp_path / "copy"), ["thermo", {"trajectory": {"every": 5}}]
+    sweeps = {
+        "fluid": {"scene": SCENE | {"observe": seen}, "replicas": 2},
+        "plain": {"scene": SCENE},
+    }
     paper = {"title": "Mine", "reference": "nowhere", "figures": {}, "sweeps": sweeps}
     (folder / "config" / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
     done = snakemake(folder, "--config", "study=smoke", "papers=[mine]")
