@@ -19,7 +19,7 @@ from dpd.analysis.collect import save
 from dpd.errors import UserError, suggestion
 from dpd.files import replace_whole
 from dpd.report.workflow import commit, processor
-from dpd.runs.measured import versions
+from dpd.runs.result import versions
 from dpd.stages import stage_digest
 
 # The names that dpd.pipeline.paper allows.

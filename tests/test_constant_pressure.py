@@ -15,7 +15,7 @@ from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import displacements, followed
 from dpd.particles.formats import read
 from dpd.pipeline.status import look_at
-from dpd.runs.measured import pressure_warning
+from dpd.runs.result import pressure_warning
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge

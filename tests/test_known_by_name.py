@@ -17,7 +17,7 @@ KNOWN = {
     "engine/step.py": {"bonds"},
     "pipeline/sweep.py": {"pressure"},  # variables of results
     "pipeline/status.py": {"pressure"},
-    "runs/measured.py": {"pressure"},
+    "runs/result.py": {"pressure"},
     "scene/sections.py": {"thermo"},  # the observable of a scene that names none
     "start/common/make.py": {"angle", "bond", "pair"},  # fields of the engine's system
 }

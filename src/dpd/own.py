@@ -24,7 +24,6 @@ from typing import TYPE_CHECKING, Any
 from dpd.digest import cache_folder, text_digest
 from dpd.errors import UserError, reason, shown
 from dpd.files import draft_of
-from dpd.laws import usual_lengths
 from dpd.page import KINDS, BondForce, Change, Observable, Page, PairForce, Start, Term, names
 from dpd.sources import files_of, page_digest
 
@@ -265,6 +264,8 @@ def check_slope(page: PairForce | BondForce, scene: Any) -> None:
 def _formulas(page, scene):
     """Laws of a page: what each is for, its force and energy over r, and where to try them."""
     if isinstance(page, BondForce):
+        from dpd.laws import usual_lengths
+
         for name, law in page.laws(scene).items():
             of = f"of bonds {name}" if name else "of a bond"
             yield of, law.force, law.energy, usual_lengths(law, scene.kT)

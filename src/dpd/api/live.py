@@ -17,13 +17,12 @@ from dpd.api.runs import as_scene, keyboard_interrupt, load, plain, refuse_more_
 from dpd.engine import simulation as engine
 from dpd.engine.loop import counts_from, run
 from dpd.errors import LostRun, UserError, suggestion
+from dpd.observe.common.bins import ThermalMotion
 from dpd.observe.common.measured import EVERY, observables
 from dpd.observe.common.snapshot import snapshot_of
-from dpd.observe.common.thermal import ThermalMotion
 from dpd.progress import Progress
 from dpd.runs.auto import settle
-from dpd.runs.measured import gathered
-from dpd.runs.result import final_of, go_on_from
+from dpd.runs.result import final_of, gathered, go_on_from
 from dpd.runs.run import Options, stop_on, whole
 from dpd.scene.scene import Scene, enter
 from dpd.start.common.files import begin

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import dpd
-from dpd.commands import pipeline, user  # noqa: F401  # they declare the commands
+from dpd.commands import user  # noqa: F401  # it declares commands
 from dpd.commands.options import COMMANDS, called
 from dpd.errors import FAILED, Occupied, Stopped, UserError, reason
 
@@ -22,6 +22,8 @@ LITTLE = 2**20  # bytes of a result whose size is not known before
 def new_parser(arguments: Sequence[str] = ()) -> ArgumentParser:
     """The parser of the command that comes first in some arguments; of all where that is none."""
     asked = arguments[0] if arguments else ""
+    if asked not in COMMANDS:
+        from dpd.commands import pipeline  # noqa: F401  # which users rarely call themselves
     parser = ArgumentParser(
         prog=called(), usage="%(prog)s [-h] [--version] COMMAND ...",
         description="Dissipative particle dynamics: runs, figures, verdicts.",

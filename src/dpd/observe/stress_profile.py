@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.bins import PRESSURE, Layered
-from dpd.observe.common.thermal import ThermalMotion
+from dpd.observe.common.bins import PRESSURE, Layered, ThermalMotion
 from dpd.page import Change, Given
 
 

@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from dpd.observe.common.bins import PRESSURE
-from dpd.observe.common.thermal import ThermalMotion
+from dpd.observe.common.bins import PRESSURE, ThermalMotion
 from dpd.page import Change, Given, Observable, setting
 
 WITHOUT_FORCES = ("kT", "momentum", "volume")
@@ -26,7 +25,7 @@ class Thermo(Observable, key="thermo"):
     (Their flux of momentum, which other programs print, is kT / V less.) P is given with the
     conservative force in the virial and with all forces (Eq. 15, second and first line). Where
     something drives a flow, its profile takes the place of v_c, and the number of its coefficients
-    that of l_a (`dpd.observe.common.thermal`); the total energy alone holds the flow. The angular
+    that of l_a (`dpd.observe.common.bins`); the total energy alone holds the flow. The angular
     momentum of a cluster alone in a box is not taken off.
 
     Forces of walls and body forces are no part of the virial; between walls P is an average over

@@ -20,7 +20,7 @@ from dpd.engine.queries.pairs import pair_histogram
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.engine.state import CONSERVATIVE, State
 from dpd.errors import UserError
-from dpd.observe.common.thermal import ThermalMotion
+from dpd.observe.common.bins import ThermalMotion
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
 from dpd.start.common.make import system_of, thermal_velocities

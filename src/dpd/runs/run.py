@@ -34,11 +34,11 @@ from dpd.jit import COMPILING
 from dpd.observe.common.measured import observables
 from dpd.progress import Progress
 from dpd.runs.lock import alone
-from dpd.runs.measured import gathered, summary
 from dpd.runs.result import (
     Final,
     checkpoint_path,
     final_of,
+    gathered,
     go_on_from,
     is_made,
     read_former,
@@ -47,6 +47,7 @@ from dpd.runs.result import (
     remove_left,
     result_there,
     scene_of,
+    summary,
 )
 from dpd.scene.scene import Scene
 from dpd.stages import run_sources
@@ -114,7 +115,7 @@ def run(
     """Run a scene, go on with one that was stopped or killed, or wait for one that is at work.
 
     Without a ``start`` the first configuration is made; for a run of one's own it is made there if
-    there is none. The result is a summary, see `dpd.runs.measured.summary`. Raises `UserError` if
+    there is none. The result is a summary, see `dpd.runs.result.summary`. Raises `UserError` if
     it cannot be, see `dpd.runs.lock.alone` and `simulate`, or would replace something unasked;
     `Stopped` if a signal asked for it.
     """

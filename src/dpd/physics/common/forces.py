@@ -23,7 +23,6 @@ from numba.extending import overload
 
 from dpd.digest import text_digest
 from dpd.jit import INLINED, method
-from dpd.laws import numbers_of
 from dpd.page import Section
 
 if TYPE_CHECKING:
@@ -151,6 +150,8 @@ def pair_record(page: PairForce, scene: Any) -> Any:
 
 def bond_record(laws: Sequence[Any], number: np.ndarray | None) -> Any:
     """The numbers of laws along bonds; where they differ with the place, (n,) uint16, of each."""
+    from dpd.laws import numbers_of
+
     each = [numbers_of(law) for law in laws]
     values: dict[str, Any] = each[0]
     if number is not None:
