@@ -7,17 +7,14 @@ import pytest
 import xarray as xr
 
 from dpd.errors import UserError
-from dpd.theory.equation_of_state import BETA, ETA, chain_second_virial, crgw
+from dpd.theory.equation_of_state import BETA, ETA, crgw
 from paper_figures.crgw_2019 import (
-    athermal,
-    chain_virial,
     fig02_mismatch,
     fig07_solutes,
-    mixing,
     mixtures,
     shared,
 )
-from paper_figures.crgw_2019.mixing import Fluid, chain_potential, monomer_potential
+from paper_figures.crgw_2019.mixing import chain_potential, monomer_potential
 
 SCENE = {
     "dimension": 3, "box": 8, "molecules": [{"architecture": "A 2", "count": 500}],
@@ -82,25 +79,6 @@ def test_the_constants_of_the_bonds_come_back():
     np.testing.assert_allclose(data.constants, [ETA, BETA], rtol=1e-6)
     assert float(np.abs(data.refitted_off).max()) < 1e-6
     assert (data.constants_error > 0.01).all()
-
-
-def test_both_rules_for_mixtures_are_those_of_the_theory():
-    """The table of all pairs against one pair at a time; weak fluids are left out."""
-    fluids = [Fluid(3.0, 18.0, 2, 0.4), Fluid(3.5, 33.5), Fluid(2.5, 20.0, 2, 0.5)]
-    ratios = athermal._ratios(
-        *np.array([(f.beads, f.density, f.length, f.repulsion) for f in fluids]).T
-    )
-    pairs = [(fluids[i], fluids[j]) for i, j in ((0, 1), (0, 2), (1, 2))]
-    pressures = (shared.TARGET, shared.TARGET)
-    expected = [mixing.thermal(*pair, 0) / mixing.athermal(*pair, pressures) - 1 for pair in pairs]
-    np.testing.assert_allclose(ratios, expected, atol=1e-9)
-    axes = {"chain": [1, 2], "density": [3.0], "bond": [0.4, 0.5]}
-    a = xr.DataArray([[[30.0, 30.0]], [[18.0, 4.0]]], axes, tuple(axes))
-    thin = xr.Dataset({"repulsion": a.isel(chain=[1], bond=[1])})
-    data = athermal.compute(
-        {"chain_repulsions": xr.Dataset({"repulsion": a}), "thin_chain_repulsions": thin}
-    )
-    assert data.sizes["pair"] == 1
 
 
 def held(values, coordinates):
@@ -175,23 +153,3 @@ def test_a_potential_is_integrated_from_its_derivative():
         assert found == pytest.approx(float(potential(20.0)), rel=1e-3)
     with pytest.raises(UserError, match="not the points after Gauss"):
         fig07_solutes._potential(sweep, "S W", 5, 21.0)
-
-
-def test_constants_come_back_from_samples_of_the_form():
-    """Samples that are the fit itself give its constants, and no error."""
-    axes = {"chain": [2, 4, 8], "bond": [0.3, 0.5], "repulsion": [10, 40]}
-    grid = np.meshgrid(*axes.values(), indexing="ij")
-    values = chain_second_virial(grid[2], grid[0], grid[1])
-    virials = xr.Dataset(
-        {
-            "sampled": (tuple(axes), values),
-            "sampled_error": (tuple(axes), 0.001 * values),
-            "fitted": (tuple(axes), 0.9 * values),
-        },
-        axes,
-    )
-    data = chain_virial.compute({"chain_virials": virials})
-    np.testing.assert_allclose(data.constants, [1.954, 0.926, 1.57], rtol=1e-4)
-    found = chain_virial.measured(data)
-    assert found["virial_fit"].value == pytest.approx(10)
-    assert found["virial_form"].value == pytest.approx(0, abs=1e-4)

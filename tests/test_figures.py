@@ -1,4 +1,4 @@
-"""What figures of Liu et al. 2008, and of the manual of 1998, read off data that are known."""
+"""What figures make of data whose answers are known: Groot and Warren, Liu et al., the manual."""
 
 import json
 
@@ -8,30 +8,20 @@ import xarray as xr
 
 from dpd.analysis.diffusion import Resampled
 from dpd.analysis.published import published
+from dpd.analysis.verdicts import judge
 from dpd.report.figures import load_module
-from paper_figures.cerius2_1998 import copolymer_melts, morphology
+from dpd.scene.scene import Scene
+from paper_figures.cerius2_1998 import morphology
+from paper_figures.groot_warren_1997 import dynamics
 from paper_figures.liu_2008.plateau import plateau
 
 PAPER = "liu_2008"
-TIME = np.geomspace(0.1, 100, 60)
-
-
-def curve(values):
-    """A displacement that is the same whatever is left out."""
-    rows = np.tile(values, (5, 1))
-    return Resampled(TIME, values, rows, rows)
-
-
-def test_shapes_of_ideal_chains():
-    """The measure of how diverse chains are: itself in units of itself; one shape alone is not."""
-    figure = load_module(PAPER, "fig04_snapshot")
-    ideal = figure._ideal(50)
-    assert 0.18 < ideal.std() < 0.24 and 0.5 < ideal.mean() < 0.7
-    for shapes, ratio in ((ideal[:400], 1.0), (0 * ideal[:400] + 0.6, 0.0)):
-        data = xr.Dataset({"elongation": ("chain", shapes), "position": ("bead", np.zeros(50))})
-        names = ("gyration_square", "crossings", "most_crossings", "steps")
-        found = figure.measured(data.assign(dict.fromkeys(names, 1.0)))["shape_spread"]
-        assert found.value == pytest.approx(ratio, abs=0.1)
+RNG = np.random.default_rng(8)
+FLUID = {
+    "dimension": 3, "box": 10, "molecules": [{"architecture": "A", "density": 3}],
+    "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"sample": 100},
+}  # fmt: skip
 
 
 def rouse_chain(beads, time):
@@ -82,24 +72,7 @@ def test_a_parabola_and_what_is_none():
         assert 0 < error < 0.002
 
 
-def test_the_share_at_our_core_and_what_its_error_is_worth():
-    """ln share falls by 100 per r_c: an error of 0.01 is a factor of e."""
-    figure = load_module(PAPER, "bond_lengths")
-    rest = np.array([0.24, 0.25, 0.26, 0.27])
-    share = 1e-3 * np.exp(-100 * (rest - 0.25))
-    data = xr.Dataset(
-        {"share": ("rest_length", share), "share_error": ("rest_length", 1e-3 * share),
-         "core": ("set", [0.25]), "core_error": ("set", [0.01])},
-        {"rest_length": rest, "set": ["set_1"]}, {"undecided": ""},
-    )  # fmt: skip
-    found = figure._share(data)
-    assert found["share"].value == pytest.approx(-3.0)
-    assert found["share"].error == pytest.approx(np.log10(np.e), rel=0.01)
-    there = 0.25 - np.log(figure.SHARE / 1e-3) / 100  # of the printed share
-    assert found["share_contact"].value == pytest.approx(there / 0.3)
-
-
-EDGE, CELLS = 10.0, 16
+EDGE, CELLS = FLUID["box"], 16
 
 
 def ball(radius):
@@ -117,16 +90,11 @@ def triblock():
     field = np.zeros((1, frames, 2, CELLS, CELLS, CELLS), np.float32)
     field[:, :, 0] = late
     field[:, 0, 0] = late.mean()
-    scene = {
-        "dimension": 3, "box": EDGE, "molecules": [{"architecture": "A", "density": 3}],
-        "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
-        "steps": {"sample": 10},
-    }  # fmt: skip
     runs = xr.Dataset(
         {
             "density_field": (("replica", "frame", "species", "x", "y", "z"), field),
             "field_time": (("replica", "frame"), 2.0 + 4.0 * np.arange(frames)[None]),
-            "scene": ("replica", [json.dumps(scene)]),
+            "scene": ("replica", [json.dumps(FLUID)]),
         },
         {"species": ["A", "W"]},
     )
@@ -143,14 +111,99 @@ def test_where_a_resides(triblock):
     assert least < found["resides"].value < most
 
 
-def test_vectors_of_a_lattice():
-    """Multiples of one vector; sums of three at 60 degrees; none without a lattice."""
-    vectors = np.array([[1, 0, 0], [3, 0, 0], [0, 2, 0], [1, 1, 0], [1, -2, 0], [0.5, 0, 0]])
-    along = copolymer_melts.on_lattice(vectors, vectors[:1])
-    assert along.tolist() == [True, True, False, False, False, False]
-    root = np.sqrt(3) / 2
-    first = np.array([[1, 0, 0], [0.5, root, 0], [0.5, -root, 0]])
-    others = np.array([[0, 2 * root, 0], [2, 0, 0], [2.5, root, 0], [0, root, 0], [1, 0, 1]])
-    found = copolymer_melts.on_lattice(others, first)
-    assert found.tolist() == [True, True, True, False, False]
-    assert not copolymer_melts.on_lattice(others, np.empty((0, 0))).any()
+def module(figure):
+    """The file of a figure."""
+    return load_module("groot_warren_1997", figure)
+
+
+@pytest.mark.parametrize("apart, verdict", [(0.0, "replicated"), (0.01, "deviates")])
+def test_two_kinds_of_noise(apart, verdict):
+    """Temperatures that differ by 1 % are told apart, however far from 1 they are."""
+    true = np.array([1, 3])[:, None, None] * np.array([1, 1 + apart])[:, None] * np.ones(8)
+    along, error = ("scheme", "noise", "dt"), 0.001 * true
+    data = xr.Dataset(
+        {
+            "excess": (along, true - 1 + RNG.normal(0, error)),
+            "error": (along, error),
+            "degrees": (along, np.full(true.shape, np.inf)),
+        },
+        {"noise": ["uniform", "gaussian"]},
+    )
+    found = module("fig01_time_step").between_noises(data)
+    limits = published("groot_warren_1997")["noise_difference"]
+    assert judge(limits, found).verdict == verdict
+
+
+def test_best_lambda_is_where_the_temperature_is_right():
+    """Zero of a parabola through kT - 1."""
+    factor = np.array([0.5, 0.55, 0.6, 0.65, 0.7])
+    data = xr.Dataset(
+        {
+            "at_lambda": ("lambda", -0.4 * (factor - 0.67) + 0.3 * (factor - 0.67) ** 2),
+            "at_lambda_error": ("lambda", np.full(5, 0.002)),
+        },
+        {"lambda": factor},
+    )
+    temperature = module("text_temperature")
+    value, error, _ = temperature.best_lambda(data)
+    assert value == pytest.approx(0.67)
+    noisy = [
+        temperature.best_lambda(
+            data.assign(at_lambda=data.at_lambda + RNG.normal(scale=0.002, size=5))
+        ).value
+        for _ in range(400)
+    ]
+    assert np.std(noisy) == pytest.approx(error, rel=0.15)
+
+
+def widths_over(chi, power):
+    """Interface widths of Eq. 35, where their inverse squares are a line in chi to a power."""
+    true = 3.24 / np.sqrt(3 * (chi - 2.39) ** power)
+    return xr.Dataset(
+        {
+            "chi": ("excess", chi),
+            "width": ("excess", true * (1 + RNG.normal(scale=0.01, size=6))),
+            "width_error": ("excess", 0.01 * true),
+            "fitted": ("excess", np.ones(6, dtype=bool)),
+        }
+    )
+
+
+def test_width_against_chi():
+    """Eq. 35 put in comes out, with errors that hold; points off a line decide nothing."""
+    widths, chi = module("text_interface_width"), np.linspace(2.6, 3.9, 6)
+    found = [widths.line(widths_over(chi, 1.0), 3, 0.5) for _ in range(100)]
+    for name, true in (("amplitude", 3.24), ("critical", 2.39)):
+        pulls = [(each[name] - true) / each[f"{name}_error"] for each in found]
+        # Errors are widened where points scatter more by chance: a little narrower than 1.
+        assert abs(np.mean(pulls)) < 0.4 and 0.6 < np.std(pulls) < 1.2
+    refused = [
+        sum(
+            "straight line" in widths.of_line(widths_over(chi, power), 3, 0.5, "critical").undecided
+            for _ in range(100)
+        )
+        for power in (1.0, 1.3)
+    ]
+    assert refused[0] <= 6 and refused[1] >= 94
+    few = widths.of_line(widths_over(chi, 1.0).isel(excess=slice(4, 6)), 3, 0.5, "critical")
+    assert "fewer than three" in few.undecided
+
+
+def test_viscosity_without_shear():
+    """The constant of a straight line in the square of the rate."""
+    rates, stress = np.array([0.2, 0.4, 0.8]), {"units": "kT / r_c^3"}
+    eta = 0.9 - 0.05 * rates**2
+    scenes = [[json.dumps(Scene(FLUID | {"shear": {"rate": rate}}).data)] for rate in rates]
+    runs = xr.Dataset(
+        {
+            "shear_stress": (("rate", "replica"), (eta * rates)[:, None], stress),
+            "shear_stress_error": (("rate", "replica"), np.full((3, 1), 0.003), stress),
+            "scene": (("rate", "replica"), scenes),
+        },
+        {"rate": rates},
+    )
+    found = dynamics.sheared(runs)
+    assert found.nu == pytest.approx(eta / 3)
+    assert found.at_rest.value == pytest.approx(0.3)
+    assert found.slope == pytest.approx(-0.05 / 3)
+    assert 0 < found.at_rest.error < 0.01
