@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation, Snapshot
-from dpd.engine.space import wrapped
-from dpd.engine.state import State
-from dpd.observe.common.measured import Measured, observables
+from dpd.engine.simulation import Simulation
+from dpd.observe.common.measured import observables
 from dpd.observe.common.snapshot import Snapshot as Seen
-from dpd.observe.displacement import Displacement, displacements, followed
+from dpd.observe.displacement import displacements, followed
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.test_constant_pressure import FLUID
@@ -73,41 +71,6 @@ def test_every_lag_is_that_of_the_whole_trajectory():
             np.testing.assert_allclose(mean, squares.mean(axis=0), rtol=0, atol=1e-10)
             expected = np.bincount(part, squares.mean(axis=1), minlength=10)
             np.testing.assert_allclose(sums, expected, rtol=1e-10, atol=1e-8)
-
-
-FREE = SCENE | {
-    "molecules": [{"architecture": "A", "count": 10}],
-    "box": [4.0, 5.0],
-    "steps": {"sample": 1700},
-    "observe": [{"displacement": {"every": 1}}],
-}
-del FREE["bond"]
-
-
-def test_a_bead_that_crosses_the_box_many_times_is_followed():
-    """Bead 3 goes 1.3 a sample along both axes, 440 to 550 boxes in all, more than the others.
-
-    Less the centre of mass, and with it the drift of all, it moves at 9/10 of that and the others
-    at 1/10 backwards. Places are up to 4250 and rounded by 1e-12, displacements 0.1 and more.
-    """
-    scene = Scene(FREE)
-    system = system_of(scene)
-    observer, rng = Measured(Displacement(every=1), scene, system), np.random.default_rng(3)
-    velocity = np.repeat([[1.2], [-0.7]], 10, axis=1)
-    velocity[:, 3] += 1.3
-    begun = rng.random((2, 10)) * np.array(scene.box)[:, None]
-    for t in range(1700):
-        place, image = wrapped(begun + t * velocity, scene.box)
-        order = rng.permutation(10)
-        zeros, identity = np.zeros((2, 10)), order.astype(np.uint32)
-        state = State(place[:, order], zeros, None, identity, None, t, image=image)
-        observer.sample(Snapshot(system, state))
-    lag = observer.variables()["lag_time"][1] / 0.02
-    assert lag.max() >= 170
-    share = np.where(np.arange(10) == 3, 0.9, 0.1)
-    expected = 2 * (1.3 * share * lag[:, None]) ** 2
-    for name in ("msd_inner", "msd_centre"):
-        np.testing.assert_allclose(observer.variables()[name][1], expected, rtol=1e-9)
 
 
 class Far:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from dpd.engine.bonded import angles_of, bonds_of
-from dpd.engine.simulation import Unstable
 from dpd.errors import UserError
 from dpd.physics.bond import BondLaw
 from dpd.physics.common.forces import bond_record, curvature_of_bond
@@ -18,8 +17,6 @@ from dpd.scene.scene import Scene
 from tests.engine.cases import (
     DRAWN,
     STAR,
-    beads_between,
-    between,
     joined,
     laws,
 )
@@ -127,24 +124,6 @@ def test_batches_keep_molecules_with_their_angles_together():
         assert not of_bonds & seen
         seen |= of_bonds
     np.testing.assert_array_equal(angles.law.number, angles.members[:, 2] % 2)
-
-
-def test_a_bead_that_gets_far_behind_a_wall_is_an_error():
-    """And the state stays as it was, whoever of the threads finds it."""
-    edges = (3.0, 3.0, 4.0)
-    box, walls = between(edges, (2,), [1.0])
-    position, velocity = beads_between(edges, (2,), 30)
-    velocity[2, 7] = 3.0
-    said = []
-    for threads in (1, 2):
-        system = make_system(box, walls=walls, kT=0.0, friction=1e-9, repulsion=np.zeros((1, 1)))
-        simulation = make_simulation(system, position, velocity, threads=threads)
-        before = simulation.state
-        with pytest.raises(Unstable, match=r"behind a wall at step \d+ .*walls.repulsion") as it:
-            simulation.advance(400)
-        assert simulation.state is before
-        said.append(str(it.value))
-    assert said[0] == said[1] and "bead 7 " in said[0]
 
 
 LIQUID = {
