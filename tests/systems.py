@@ -1,7 +1,5 @@
 """Small systems for the tests, and what they have in common."""
 
-import itertools
-
 import numpy as np
 
 from dpd.engine.simulation import Simulation
@@ -16,19 +14,6 @@ from dpd.physics.repulsion import Soft
 
 BOX_3D = (2.2, 3.7, 5.1)  # two, three and five cells
 BOX_2D = (5.1, 2.2)  # the rows of cells run along the last axis
-
-
-def every_second(*options):
-    """Half of all combinations of three options or more: any two values of two of them meet.
-
-    Each combination has a kernel of its own, which takes a quarter of a minute to compile.
-    """
-    places = itertools.product(*(range(len(values)) for values in options))
-    return [
-        tuple(values[place] for values, place in zip(options, at))
-        for at in places
-        if sum(at) % 2 == 0
-    ]
 
 
 def fewer_in_python(count):

@@ -21,6 +21,13 @@ def test_single_beads_have_the_closed_form(a):
     assert one == sampled_second_virial(a, 1, 0)
 
 
+def test_the_closed_form_in_two_dimensions():
+    """Minus half the integral of the Mayer function over the plane."""
+    r = (np.arange(2000) + 0.5) / 2000
+    integral = np.mean(2 * np.pi * r * np.expm1(-12.5 * (1 - r) ** 2))
+    assert second_virial(25.0, dimension=2) == pytest.approx(-integral / 2, rel=1e-6)
+
+
 def dumbbells(a, length, angles, distances):
     """B2 of two rigid pairs of beads by quadrature over their places and directions."""
     place, of_place = np.polynomial.legendre.leggauss(2 * angles)

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from dpd.engine.loop import run
 from dpd.engine.queries.stress import Slices, virial_in_slices
@@ -12,7 +10,8 @@ from dpd.engine.state import State
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from tests.engine.cases import beside, stars
+from tests.engine.cases import CASES, stars
+from tests.engine.cases import system_of as placed
 from tests.engine.reference import Reference
 from tests.systems import BOX_2D, BOX_3D, by_identity, make_simulation
 
@@ -80,38 +79,24 @@ def whole(virial):
     return [[part, np.delete(diagonal, k).mean()] for k, part in enumerate(diagonal)]
 
 
-@st.composite
-def many_stars(draw):
-    """Stars and beads, where they may lie on edges of slices, and slices across an axis."""
-    box, tabled = draw(st.sampled_from([BOX_2D, BOX_3D])), draw(st.booleans())
-    # Few kinds of systems, as a kernel is compiled for each.
-    table = np.array([[25.0, 70.0], [70.0, 10.0]]) if tabled else np.array([[25.0]])
-    core = None if tabled else (0.3, 40.0, 0.2)
-    system, position, _ = stars(box, tabled, repulsion=table, core=core)
-    axis, count = draw(st.integers(0, len(box) - 1)), draw(st.integers(1, 40))
-    for bead in draw(st.lists(st.integers(0, 49), max_size=5)):
-        position[axis, bead] = box[axis] / count * draw(st.integers(0, count - 1))
-    shift = draw(st.floats(0, 1)) * np.array(box)[:, None]
-    kinds = np.arange(50) % 2 if tabled else None
-    return system, (position + shift) % np.array(box)[:, None], kinds, axis, count
-
-
-@pytest.mark.thorough
-@settings(max_examples=100, deadline=None, derandomize=True)
-@given(many_stars())
-def test_every_line_in_every_slice(case):
-    """As in plain NumPy, with several species, cores, bonds and angles; all is in some slice."""
-    system, position, kinds, axis, count = case
-    species = None if kinds is None else kinds.astype(np.uint8)
-    state = State(position, position, None, np.arange(50, dtype=np.uint32), species, 0)
-    reference = StressedReference(system, "gw-vv", 0.5, position, 0 * position, kinds)
-    length = system.box[axis]
-    found = virial_in_slices(system, state, Slices(axis, count, 0.0, length))
-    expected = reference.virial_in_slices(axis, np.linspace(0, length, count + 1))
-    scale = sum(np.abs(virial).sum() for _, _, virial in reference.lines)
-    assert np.abs(found - expected).max() < 1e-9 * scale
-    total = whole(reference.virial[0])[axis]
-    assert np.abs(found.sum(axis=1) - total).max() < 1e-12 * scale
+@pytest.mark.few("trees, 2D, tables", "many-body")
+@pytest.mark.parametrize("name", ["trees", "trees, 2D, tables", "core", "many-body"])
+def test_every_line_in_every_slice(name):
+    """As in plain NumPy, also of beads on the edges of slices; all is in some slice."""
+    system, position, _, species = placed(**CASES[name])
+    identity = np.arange(position.shape[1], dtype=np.uint32)
+    for axis, length in enumerate(system.box):
+        for count in (1, 7, 40):
+            place = position.copy()
+            place[axis, ::6] = length / count * np.floor(place[axis, ::6] * count / length)
+            state = State(place, place, None, identity, species, 0)
+            there = StressedReference(system, "gw-vv", 0.5, place, 0 * place, species)
+            found = virial_in_slices(system, state, Slices(axis, count, 0.0, length))
+            expected = there.virial_in_slices(axis, np.linspace(0, length, count + 1))
+            scale = sum(np.abs(virial).sum() for _, _, virial in there.lines)
+            assert np.abs(found - expected).max() < 1e-9 * scale
+            total = whole(there.virial[0])[axis]
+            assert np.abs(found.sum(axis=1) - total).max() < 1e-12 * scale
 
 
 @pytest.mark.few(1)
@@ -133,17 +118,6 @@ def test_normal_pressure_follows_from_forces(box):
         np.testing.assert_allclose(
             found - found.mean(), expected - expected.mean(), atol=1e-10 * np.abs(force).max()
         )
-
-
-def test_stress_of_many_body_forces_lies_along_the_pairs():
-    """In slices, as plain NumPy cuts each line; their sum is the virial of the box."""
-    simulation, reference = beside("many-body", kind=StressedReference)
-    slices, edges = Slices(2, 7, 0.0, 5.1), np.linspace(0.0, 5.1, 8)
-    found = virial_in_slices(simulation.system, simulation.state, slices)
-    expected = reference.virial_in_slices(2, edges)
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-8)
-    virial = simulation.measure().virial[0]
-    np.testing.assert_allclose(found[0].sum(), virial[2, 2], rtol=1e-11)
 
 
 def sampled(data, threads=1):
