@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 import yaml
 
 from dpd.commands.main import main
+from dpd.digest import ROOT
 from dpd.jit import COMPILES
 
 if not COMPILES:
@@ -29,6 +32,19 @@ SCENE = {
     "steps": {"equilibrate": 20, "sample": 200},
     "observe": ["thermo", {"rdf": {"range": 2, "every": 20}}],
 }
+
+
+def python(*words, cwd=None, **environment):
+    """Python in a process of its own, with this package."""
+    return subprocess.run(
+        [sys.executable, *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")} | environment,
+    )  # fmt: skip
+
+
+def command(*arguments, **given):
+    """A command in a process of its own."""
+    return python("-m", "dpd", *arguments, **given)
 
 
 def pytest_collection_modifyitems(items):

@@ -23,7 +23,7 @@ from dpd.digest import ROOT
 from dpd.files import read
 from dpd.page import Observable, names
 from dpd.progress import Progress
-from tests.conftest import SCENE
+from tests.conftest import SCENE, python
 from tests.test_interrupted import Command, wait_for
 
 MODULES = ("dpd.api.live", "dpd.api.runs")
@@ -37,14 +37,6 @@ CHAINS = {
     "integrator": {"scheme": "gw-vv", "dt": 0.02},
     "steps": {"equilibrate": 20, "sample": 300},
 }
-
-
-def python(program, *arguments, **environment):
-    """A script in a process of its own."""
-    return subprocess.run(
-        [sys.executable, "-c", program, *map(str, arguments)], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT / "src")} | environment, check=False,
-    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +57,7 @@ def test_examples(name, folder):
 
 def test_an_import_is_light():
     """Neither arrays nor compilers, until they are needed; all names are known."""
-    done = python("import dpd, sys; print(*sys.modules); dir(dpd); assert dpd.UserError")
+    done = python("-c", "import dpd, sys; print(*sys.modules); dir(dpd); assert dpd.UserError")
     assert done.returncode == 0, done.stderr
     assert not {"numpy", "numba", "xarray", "yaml"} & set(done.stdout.split())
     assert set(dpd.__all__) <= set(dir(dpd))
@@ -152,14 +144,6 @@ def test_what_is_refused(folder, what):
     assert set(os.listdir()) == before
 
 
-def test_a_run_is_made_longer(folder, fluid):
-    """In its place."""
-    short = FLUID | {"steps": {"equilibrate": 200, "sample": 600}}
-    dpd.run(short, output="run.nc", progress=False)
-    longer = dpd.extend("run.nc", sample=200, progress=False)
-    assert np.array_equal(longer.kT, fluid.kT) and longer.identical(dpd.load("run.nc"))
-
-
 @pytest.mark.parametrize(
     ("terminal", "bar", "seen"),
     [(True, None, True), (False, None, False), (True, False, False), (False, True, True)],
@@ -213,7 +197,7 @@ with ThreadPoolExecutor(6) as pool:
 def test_several_threads_run_and_load(folder):
     """In a process of their own, which the library would end; all with the bits of one alone."""
     dpd.run(SCENE, output="run.nc", progress=False)
-    done = python(THREADS, json.dumps(SCENE))
+    done = python("-c", THREADS, json.dumps(SCENE))
     assert (done.returncode, done.stdout) == (0, "24\n"), done.stderr
 
 

@@ -7,7 +7,7 @@ from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start import start_digest
 from dpd.theory.repulsion import relation_at, unlike_repulsion
-from tests.test_cli import dpd
+from tests.conftest import command
 
 
 @pytest.mark.parametrize(
@@ -97,9 +97,9 @@ def test_bad_chi_is_one_message(change, message):
 
 def test_the_command_answers_alone(tmp_path):
     """Both repulsions, chi N and the range; outside of it one message."""
-    done = dpd("repulsion", "--chi", 4, "--density", 3, "--length", 10, cwd=tmp_path)
+    done = command("repulsion", "--chi", 4, "--density", 3, "--length", 10, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     for phrase in ("25 kT / r_c", "38.0719", "chi N        40", "Eq. 27", "(chi N = 3) to 12.2"):
         assert phrase in done.stdout
-    refused = dpd("repulsion", "--chi", 4, "--density", 4, cwd=tmp_path)
+    refused = command("repulsion", "--chi", 4, "--density", 4, cwd=tmp_path)
     assert refused.returncode == 1 and "density 4" in refused.stderr

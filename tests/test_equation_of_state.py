@@ -29,7 +29,7 @@ from paper_figures.crgw_2019.mixing import (
     thermal,
 )
 from paper_figures.crgw_2019.thermodynamics import excess_chemical_potentials, pressure
-from tests.test_cli import dpd
+from tests.conftest import command
 
 TARGET = 41.89  # the pressure of the paper's fluids
 DENSITIES = np.array([3.432, 3.432, 2.780])  # of chains of Vh1, Vh2 and Vo2
@@ -153,7 +153,7 @@ def test_bad_input_is_one_message(call, message):
 def test_the_command_shows_three_equations(tmp_path):
     """Side by side; the chain-revised one gives back the pressure."""
     arguments = ("--beads", 2, "--length", 0.39, "--density", 3.432, "--pressure", 41.89)
-    done = dpd("parameters", *arguments, cwd=tmp_path)
+    done = command("parameters", *arguments, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     rows = {line.split()[0]: line.split()[1:] for line in done.stdout.splitlines() if line}
     assert [rows[name][0] for name in ("GW", "rGW", "crGW")] == ["7.361", "7.399", "8.541"]
@@ -168,6 +168,6 @@ def test_the_command_shows_three_equations(tmp_path):
     ],
 )
 def test_the_command_refuses_in_one_sentence(arguments, message, tmp_path):
-    done = dpd("parameters", *arguments, cwd=tmp_path)
+    done = command("parameters", *arguments, cwd=tmp_path)
     assert done.returncode == 1 and message in done.stderr
     assert "Traceback" not in done.stderr

@@ -9,9 +9,14 @@ from pathlib import Path
 
 import netCDF4
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 import yaml
 
+from dpd.analysis.collect import save
+from dpd.analysis.verdicts import COLUMNS
+from dpd.pipeline.paper import read_paper
 from tests.conftest import SCENE
 
 POINT = ("smoke", "groot_warren_1997", "fluid", "replica=0")
@@ -147,3 +152,43 @@ def test_options_out_of_range(folder, dpd):
     """Refused before anything is written."""
     before = everything()
     assert_refused(dpd("run", "scene.yaml", "-o", "run.nc", "--threads=0"), before, "allowed: 1 to")
+
+
+# Files between the stages that are missing or damaged.
+
+RESULTS = Path("results/smoke")
+SWEEPS = RESULTS / POINT[1] / "sweeps"
+FIGURES = RESULTS / POINT[1] / "figures"
+# The file, and the command that reads it.
+READERS = {
+    "figure": (
+        SWEEPS / "interface.nc",
+        ("figure", *POINT[:2], "fig06_interface", "--data", SWEEPS / "interface.nc", "-o", "made"),
+    ),
+    "schemes": (
+        RESULTS / "benchmark/figures/fluid_accuracy.nc", ("schemes", "smoke", "-o", "made.yaml")
+    ),
+    "verdicts": (FIGURES / "one.csv", ("verdicts", FIGURES / "one.csv", "-o", "made.csv")),
+    "archive": (RESULTS / "verdicts.csv", ("archive", "smoke")),
+    "report": (
+        SWEEPS / "time_step_verlet.nc",
+        ("report", *POINT[:2], "--results", RESULTS, "-o", "made.html"),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", ["missing", "cut"])
+@pytest.mark.parametrize("stage", READERS)
+def test_a_file_between_stages_that_is_damaged(folder, dpd, stage, damage):
+    """It is named, and nothing is written."""
+    path, asked = READERS[stage]
+    if stage == "report":
+        FIGURES.mkdir(parents=True)
+        for figure in read_paper(POINT[1], "smoke", only=[]).figures:
+            pd.DataFrame(columns=COLUMNS).to_csv(FIGURES / f"{figure}.csv", index=False)
+    path.parent.mkdir(parents=True)
+    if damage == "cut":
+        save(xr.Dataset({"kT": ("a", np.arange(120.0), {"units": "1"})}), path)
+        path.write_bytes(path.read_bytes()[:-700])
+    before = everything()
+    assert_refused(dpd(*asked), before, str(path))

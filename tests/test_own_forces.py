@@ -13,8 +13,9 @@ from dpd.files import read
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
+from tests.conftest import command
 from tests.test_bad_input import refusal
-from tests.test_own_pages import SCENE, command
+from tests.test_own_pages import SCENE
 
 MORSE = '''"""A Morse attraction between beads, times w^2 so that it ends smoothly at the cutoff."""
 

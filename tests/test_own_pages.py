@@ -3,9 +3,7 @@
 import importlib
 import json
 import linecache
-import os
 import re
-import subprocess
 import sys
 
 import jsonschema
@@ -20,6 +18,7 @@ from dpd.files import read
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import read_yaml
+from tests.conftest import command, python
 
 PAGE = '''"""The mean number of neighbours of a bead."""
 
@@ -54,14 +53,6 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "mine.py").write_text(PAGE)
     (tmp_path / "scene.yaml").write_text(yaml.safe_dump(SCENE))
     return tmp_path
-
-
-def command(*arguments):
-    """Run a command in a process of its own."""
-    return subprocess.run(
-        [sys.executable, "-m", "dpd", *map(str, arguments)], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-    )  # fmt: skip
 
 
 def neighbours_of(variables, box=4.0, within=0.9):
@@ -303,10 +294,7 @@ def test_a_script_that_would_run_itself(folder):
     for text, code in ((run, 1), (f"if __name__ == '__main__':\n    {run}", 0)):
         (folder / "script.py").write_text(f"{script}{text}\n")
         (folder / "scene.yaml").write_text(yaml.safe_dump(SCENE | {"observe": ["configuration"]}))
-        done = subprocess.run(
-            [sys.executable, "script.py"], capture_output=True, text=True,
-            env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-        )  # fmt: skip
+        done = python("script.py")
         assert done.returncode == code, done.stderr
         assert ("script.py: line 4: this file is imported wherever" in done.stderr) == code
 

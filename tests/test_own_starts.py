@@ -1,14 +1,16 @@
 """Starts of a user's own: beads where a file outside of the package puts them."""
 
 import json
+import os
 import re
+import shutil
 
 import numpy as np
 import pytest
 import yaml
 
 import dpd
-from dpd.digest import ROOT
+from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.pipeline.jobs import start_bead_steps
@@ -17,9 +19,8 @@ from dpd.scene.scene import Scene
 from dpd.start import start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import compile_start, make_start
-from tests import test_own_pages
-from tests.test_bad_input import refusal
-from tests.test_own_pages import command
+from tests import test_bond_pages, test_own_forces, test_own_pages
+from tests.conftest import command
 
 PAGE = '''"""Beads on a line."""
 
@@ -114,16 +115,6 @@ def test_one_that_takes_long_has_a_job_of_its_own(folder):
     compile_start(Scene(SCENE))
 
 
-def test_settings_are_those_of_any_page(folder):
-    """Bounds, unknown keys, names that are near."""
-    for start, said in (
-        ({"step": 9}, "start.step: 9 should be less than or equal to 5"),
-        ({"method": "lin"}, "start.method: 'lin' is not known; allowed: file, polymerize, random, "
-         "slabs, line; did you mean 'line'?"),
-    ):  # fmt: skip
-        assert said in refusal(Scene, SCENE | {"start": SCENE["start"] | start})
-
-
 def test_between_walls_beads_are_counted_from_the_lower_one(folder):
     """And one behind a wall is refused: nothing repeats there."""
     walled = SCENE | {"walls": {"axis": "z", "repulsion": 25}, "box": [8, 4, 4]}
@@ -148,3 +139,50 @@ def test_the_page_of_the_documentation(folder):
     z = np.abs(state.position[2] - 2)[:80].reshape(20, 4)
     np.testing.assert_allclose(z, np.tile([1.4, 1.0, 0.6, 0.2], (20, 1)), atol=1e-12)
     assert (state.position[2, :80] > 2).sum() == 40
+
+
+# Files that are dropped into the package.
+
+
+PAGES = {
+    "physics/morse.py": test_own_forces.MORSE,
+    "physics/quartic.py": test_bond_pages.QUARTIC,
+    "observe/neighbours.py": test_own_pages.PAGE,
+    "start/line.py": PAGE,
+}
+DROPPED = {
+    "dimension": 3, "box": 4,
+    "molecules": [{"architecture": "A 3", "density": 2}, {"architecture": "B", "density": 1}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 20},
+    "morse": {"depth": {"A A": 1, "A B": 0, "B B": 3}},
+    "quartic": {"stiffness": 5, "fourth": 2},
+    "start": {"method": "line", "step": 0.02},
+    "integrator": {"scheme": "gw-vv", "dt": 0.001},
+    "steps": {"sample": 4},
+    "observe": [{"neighbours": {"every": 2}}],
+}  # fmt: skip
+
+
+def run(house, scene, result):
+    """Run a scene with a package, without the compiler: what it does is the same."""
+    without = {"PYTHONPATH": str(house), "NUMBA_DISABLE_JIT": "1"}
+    done = command("run", scene, "-o", result, **without)
+    assert done.returncode == 0, done.stderr
+    return read(result)[0]
+
+
+def test_files_dropped_into_the_package_are_its_own(tmp_path, monkeypatch):
+    """The same beads and numbers, and no scene has to name a file."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(PACKAGE, "house/dpd", ignore=shutil.ignore_patterns("__pycache__"))
+    for name, text in PAGES.items():
+        (tmp_path / "house" / "dpd" / name).write_text(text)
+        (tmp_path / os.path.basename(name)).write_text(text)
+    (tmp_path / "plain.yaml").write_text(yaml.safe_dump(DROPPED))
+    files = [os.path.basename(name) for name in PAGES]
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(DROPPED | {"pages": files}))
+    own = run(PACKAGE.parent, "own.yaml", "own.nc")
+    dropped = run("house", "plain.yaml", "dropped.nc")
+    assert own["neighbours"].std() > 0
+    for name in ("last_position", "last_velocity", "neighbours"):
+        assert own[name].tobytes() == dropped[name].tobytes(), name

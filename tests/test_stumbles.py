@@ -1,10 +1,7 @@
 """What a newcomer stumbles over: a sentence at the moment of the mistake, and nothing lost."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 
 import pytest
 import xarray as xr
@@ -16,7 +13,7 @@ from dpd.report.captions import sweep_line
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
 from dpd.sentences import read_section
-from tests.test_cli import SCENE
+from tests.conftest import SCENE, command
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
 CHAINS = merge(
@@ -149,11 +146,8 @@ def test_broken_figure_files(mine, name):
     """File, line and what is needed in one sentence, no traceback, nothing written."""
     text, words = BROKEN[name]
     give_figure(mine, text)
-    done = subprocess.run(
-        [sys.executable, "-m", "dpd", "figure", "quick", "mine", "line", "-o", "figures"],
-        cwd=mine, env=os.environ | {"PYTHONPATH": str(mine / "src")},
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    source = {"PYTHONPATH": str(mine / "src")}
+    done = command("figure", "quick", "mine", "line", "-o", "figures", cwd=mine, **source)
     assert done.returncode == 1
     assert done.stderr.startswith("error: paper_figures/mine/line.py: "), done.stderr
     assert words in done.stderr and len(done.stderr.strip().splitlines()) == 1

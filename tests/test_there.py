@@ -2,8 +2,6 @@
 
 import os
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -15,10 +13,9 @@ import yaml
 import dpd as package
 from dpd import files
 from dpd.commands.main import main
-from dpd.digest import ROOT
 from dpd.errors import Occupied
 from dpd.runs.result import checkpoint_path
-from tests.conftest import SCENE
+from tests.conftest import SCENE, python
 
 LONGER = SCENE | {"steps": {"equilibrate": 20, "sample": 300}}
 EDITED = SCENE | {"seed": 2}
@@ -99,10 +96,7 @@ def stop(*command, where="Checkpoint.discard", first="pass"):
         f"def end(*arguments): {first}; os._exit(9)\n"
         f"module.{where} = end\nfrom dpd.commands.main import main; main(sys.argv[1:])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program, *map(str, command)], check=False, text=True,
-        capture_output=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-    )  # fmt: skip
+    done = python("-c", program, *command)
     assert done.returncode == 9, done.stderr
 
 

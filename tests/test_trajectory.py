@@ -10,7 +10,6 @@ import gsd.hoomd
 import MDAnalysis
 import numpy as np
 import pytest
-import yaml
 from MDAnalysis.analysis.msd import EinsteinMSD
 
 from dpd.engine.simulation import Simulation
@@ -20,7 +19,6 @@ from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
-from tests.test_pipeline import copy_repository, snakemake
 
 CHAINS = {
     "dimension": 2,
@@ -245,20 +243,3 @@ def test_mdanalysis_finds_the_same_bonds_and_displacements(tmp_path):
     lags = np.rint(ours["lag_time"] / (4 * 0.02)).astype(int)
     expected = msd.results.msds_by_particle[lags[:10]]
     np.testing.assert_allclose(ours["msd_centre"][:10, :20], expected, rtol=2e-4, atol=1e-5)
-
-
-@pytest.mark.thorough
-def test_a_study_makes_trajectories(tmp_path):
-    """Of those runs alone whose scene has one."""
-    folder, seen = copy_repository(tmp_path / "copy"), ["thermo", {"trajectory": {"every": 5}}]
-    sweeps = {
-        "fluid": {"scene": SCENE | {"observe": seen}, "replicas": 2},
-        "plain": {"scene": SCENE},
-    }
-    paper = {"title": "Mine", "reference": "nowhere", "figures": {}, "sweeps": sweeps}
-    (folder / "config" / "papers" / "mine.yaml").write_text(yaml.safe_dump(paper))
-    done = snakemake(folder, "--config", "study=smoke", "papers=[mine]")
-    assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    results = folder / "results" / "smoke" / "mine" / "runs"
-    made = sorted(path.relative_to(results).parts for path in results.glob("*/*/*.gsd"))
-    assert made == [("fluid", f"replica={number}", "run.gsd") for number in (0, 1)]
