@@ -44,7 +44,6 @@ def refusal(make, *arguments):
 TEXTS = [
     ("seed: 1\nbox: 4\nseed: 2", ["line 3", "seed", "twice", "line 1"]),
     ("a: !!python/object:os.system x", ["not YAML", "python/object"]),
-    ("", ["found None"]),
     ("a: [1, 2", ["not YAML", "line 2"]),
 ]
 
@@ -91,7 +90,6 @@ MANY = [f"S{chr(97 + i // 26)}{chr(97 + i % 26)}" for i in range(300)]
 # A change to FLUID, and what the message has to name: key, value, what is allowed or what to do.
 SCENES = [
     ({"box": None}, ["box", "nothing after the colon"]),
-    ({"steps": {"sample": 10.0}}, ["steps.sample", "10.0 should be a whole number"]),
     ({"steps": {"sample": 10**12}, "box": 40}, ["bead-steps", "two years"]),
     ({"observe": ["rdf"], "molecules": [{"architecture": "A", "count": 1}], "box": 6},
      ["observe: 'rdf'", "a single bead"]),
@@ -114,13 +112,12 @@ SCENES = [
     ({"molecules": [{"architecture": "A", "density": 0.001}]}, ["0.001", "'count: 1'"]),
     ({"integrator": {"scheme": "leapfrog", "dt": 0.1}}, ["integrator.scheme", "leapfrog", "euler"]),
     ({"box": 1.9}, ["box", "1.9", ">= 2"]),
+    ({"observe": ["viscosity"]}, ["observe", "viscosity", "thermo"]),
+    ({"observe": [{"thermo": {"every": 100}}]}, ["observe.thermo.every", "100", "1 to 10"]),
     ({"repulsion": {"A A": 25, "A C": 3}}, ["repulsion.A C", "'C'", "allowed: A"]),
     ({"repulsion": {"A A": float("nan")}}, ["repulsion.A A", "nan", "finite"]),
     ({"bond": {"stiffness": 2}}, ["bond", "single bead"]),
-    ({"observe": ["viscosity"]}, ["observe", "viscosity", "thermo"]),
     ({"observe": [{"rdf": {"range": 3}}]}, ["observe.rdf.range", "3", "<= 2"]),
-    ({"observe": [{"thermo": {"every": 100}}]}, ["observe.thermo.every", "100", "1 to 10"]),
-    ({"core": {"radius": 0.6, "force": 100}}, ["core.radius", "0.6 should be less than 0.5"]),
     ({"box": 2.2, "pairs": {"search": "list"}}, ["pairs.skin", "2.3", "search: cells"]),
     ({"start": {"method": "polymerize"}}, ["start.method", "two dimensions"]),
     ({"integrator": {"scheme": "shardlow", "dt": 0.04}, "thermostat": {"kind": "langevin"}},
@@ -267,9 +264,9 @@ def test_any_value_at_any_key(data, place):
             message = str(problem)
             lines = message.splitlines()
             assert all(line.startswith("my.yaml: ") and len(line) < 1000 for line in lines), message
-            named = {str(part) for part in place} | {place[0]}
-            if place[-1] == "architecture":  # of a species that tables then have not
-                named.add("no molecule has the species")
+            # What tables then have not, and looks that then come too late.
+            more = {"architecture": "no molecule has the species", "sample": "longer than the run"}
+            named = {*map(str, place), more.get(place[-1], place[0])}
             assert any(part in message for part in named), (place, value, message)
         else:
             assert 0 < scene.beads < 10**8 and math.isfinite(scene.work)

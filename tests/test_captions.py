@@ -20,9 +20,7 @@ from dpd.scene.scene import Scene
 
 NUMBERS = [
     (0.12345, 0.0067, "0.1235 ± 0.0067"),
-    (123.4, 5.6, "123.4 ± 5.6"),
     (3.21e-6, 4.5e-8, "(3.210 ± 0.045)e-6"),
-    (2.5e8, 1.0e7, "(2.50 ± 0.10)e8"),
     (0.0, 0.01, "0.000 ± 0.010"),
     (1.5, 0.0, "1.5"),
     (np.nan, 1.0, "–"),
@@ -38,12 +36,9 @@ def test_two_digits_of_the_error(value, error, text):
 NOTATION = [
     ("a_AA = 25 kT/r_c", "<i>a</i><sub>AA</sub> = 25 <i>kT</i>/<i>r</i><sub>c</sub>"),
     ("rho = 3, sigma = 3", "ρ = 3, σ = 3"),
-    ("F_max = 100", "<i>F</i><sub>max</sub> = 100"),
     ("dt = 0.04", "Δ<i>t</i> = 0.04"),
-    ("10 x 10 x 10 r_c^3", "10 × 10 × 10 <i>r</i><sub>c</sub><sup>3</sup>"),
     ("k = 2 a, exp(-t / tau)", "<i>k</i> = 2 <i>a</i>, exp(−<i>t</i> / τ)"),
     ("R_g ~ N^(1/2)", "<i>R</i><sub>g</sub> ~ <i>N</i><sup>1/2</sup>"),
-    ("p - rho kT = alpha a rho^2", "<i>p</i> − ρ <i>kT</i> = α <i>a</i> ρ<sup>2</sup>"),
     ("(3.2 ± 0.4)e-06 and 1e+5", "(3.2 ± 0.4) × 10<sup>−6</sup> and 10<sup>5</sup>"),
     ("4 <l^2> < g_i", "4 ⟨<i>l</i><sup>2</sup>⟩ &lt; <i>g</i><sub>i</sub>"),
     ("(c) a fluid, Secs. I and V C, gw-vv-0.5", "(c) a fluid, Secs. I and V\xa0C, gw-vv-0.5"),
@@ -59,15 +54,12 @@ def test_notation(plain, html):
 
 
 CHAINS = {
-    "dimension": 2,
-    "box": 10,
-    "molecules": [{"architecture": "A 10", "density": 2}],
-    "repulsion": {"A A": 25},
-    "core": {"radius": 0.15, "force": 100},
+    "dimension": 2, "box": 10, "molecules": [{"architecture": "A 10", "density": 2}],
+    "repulsion": {"A A": 25}, "core": {"radius": 0.15, "force": 100},
     "bond": {"stiffness": 300, "length": 0.25},
     "integrator": {"scheme": "gw-vv", "lambda": 0.65, "dt": 0.002},
     "steps": {"equilibrate": 50, "sample": 400},
-}
+}  # fmt: skip
 BLENDS = {
     "dimension": 3,
     "box": [8, 8, 20],

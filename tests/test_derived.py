@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 from dpd.analysis.structure import closest_contact, derive, peak
-from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.pipeline.paper import PaperFile, read_paper
 from dpd.pipeline.sweep import resolved
@@ -179,9 +178,3 @@ def test_a_changed_contact_runs_again_and_an_unchanged_one_does_not(tmp_path):
     )
     second = made()
     assert all(second[name][0] > first[name][0] for name in first)
-
-
-def test_deriving_for_a_sweep_that_has_nothing_derived(capsys):
-    """Refused in one sentence."""
-    assert main(["derive", "smoke", PAPER, SOURCE, "-o", "x.csv"]) == 1
-    assert "nothing is derived" in capsys.readouterr().err

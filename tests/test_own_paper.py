@@ -8,13 +8,7 @@ import sys
 import pandas as pd
 import pytest
 
-from dpd.pipeline.paper import read_config
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
-
-
-def test_nothing_makes_the_example_unless_it_is_asked_for():
-    """It is no paper, and has no place among the verdicts."""
-    assert "example" not in read_config()["papers"]
 
 
 @pytest.fixture

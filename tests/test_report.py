@@ -1,7 +1,9 @@
-"""The page of the report, and what it says of a workflow's cost."""
+"""The page of the report, what it says of a workflow's cost, and the sentences of failed jobs."""
 
+import os
 import re
 from html import unescape
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -16,7 +18,8 @@ from dpd.pipeline.paper import Figure, Paper
 from dpd.report import style
 from dpd.report.compare import compared, table_of
 from dpd.report.page import write_page
-from dpd.report.workflow import commit
+from dpd.report.workflow import commit, failures
+from tests.test_pipeline import SMOKE, copy_repository, snakemake
 
 VERDICTS = {  # figure of the first paper, kind, verdict, value
     "alpha": ("fig02_shapes", "simulated", "replicated", 0.1),
@@ -159,3 +162,38 @@ def test_studies_with_true_errors_agree(tmp_path, capsys):
     assert main(["compare", *map(str, (tmp_path / "a", tmp_path / "b"))]) == 0
     assert "values that one study lacks:\n  z   nan  one fig: 0: nan" in capsys.readouterr().out
     assert main(["compare", "none", str(tmp_path / "a")]) == 1
+
+
+def log(path, text, when):
+    """A log that was written at some time."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text.encode())
+    os.utime(path, (when, when))
+
+
+def test_sentences_of_this_workflow_are_found_once(tmp_path):
+    """With the path of the log; those of older logs, and other lines, are not."""
+    log(tmp_path / "old.log", "error: long ago\n", 999)
+    log(tmp_path / "a" / "one.log", "warning: kT\nerror: no room\nthe end\n", 1000)
+    log(tmp_path / "b" / "two.log", "error: no room\nerror: no start\n", 1001)
+    log(tmp_path / "b" / "three.made", "error: no log\n", 1001)
+    log(tmp_path / "good.log", "no error: at all\n", 1001)
+    assert failures(tmp_path, 1000) == [
+        f"error: no room ({tmp_path}/a/one.log)",
+        f"error: no start ({tmp_path}/b/two.log)",
+    ]
+    assert failures(tmp_path, 1002) == failures(tmp_path / "none", 0) == []
+
+
+@pytest.mark.thorough
+def test_a_workflow_ends_with_them(tmp_path):
+    """Below all that Snakemake says."""
+    folder = copy_repository(tmp_path / "copy")
+    place = folder / "results" / "smoke" / "groot_warren_1997" / "runs" / "fluid" / "replica=0"
+    (place / "run.checkpoint").mkdir(parents=True)
+    done = snakemake(folder, str(place.parent.relative_to(folder) / "0.made"), *SMOKE)
+    assert done.returncode != 0
+    last = done.stderr.rstrip().splitlines()[-1]
+    assert last.startswith("error: ") and "run.checkpoint" in last
+    assert last.endswith("(results/smoke/logs/groot_warren_1997/runs/fluid/0.log)")
