@@ -118,7 +118,7 @@ def test_commands_keep_both_kinds_apart(capsys):
     assert main(["simulate", "smoke", PAPER, SWEEP, "x", "-o", "x.nc"]) == 1
     assert "the command for it is: python -m dpd calculate" in capsys.readouterr().err
     assert main(["calculate", "smoke", PAPER, "oligomers", "-o", "x.nc"]) == 1
-    assert "the commands for it are: python -m dpd simulate" in capsys.readouterr().err
+    assert "the command for it is: python -m dpd simulate" in capsys.readouterr().err
 
 
 def test_a_plan_knows_the_sweep(tmp_path, monkeypatch):
