@@ -125,7 +125,6 @@ def test_a_sweep_keeps_series_and_their_trends(tmp_path):
 def test_short_series_do_not_claim_an_error():
     """One sample has a mean and no error; a constant has error 0."""
     assert np.isnan(mean_and_error([3.0])[1])
-    assert mean_and_error([3.0] * 10)[:2] == (3.0, 0.0)
     assert mean_and_error([3.0] * 1000)[:2] == (3.0, 0.0)
     assert np.isnan(block_mean_and_error([[1.0, 2.0]])[1]).all()
     assert np.isnan(independent_mean_and_error([1.0])[1])
@@ -197,20 +196,16 @@ def test_chi_carries_the_error():
     [
         ({"value": 1.0, "error": 0.1}, 1.15, 0.1, verdicts.REPLICATED),
         ({"value": 1.0, "error": 0.1}, 1.4, 0.1, verdicts.DEVIATES),
-        ({"value": 1.0, "rounding": 0.05}, 1.04, 0.0, verdicts.REPLICATED),
         ({"value": 1.0, "rounding": 0.05}, 1.07, 0.001, verdicts.DEVIATES),
         ({"value": 0.1, "error": 0.01}, 0.2, 0.3, verdicts.NOT_REACHED),
         ({"value": 0.533, "rival": 0.5}, 0.53, 0.02, verdicts.NOT_REACHED),
-        ({"value": 0.533, "rival": 0.5}, 0.53, 0.01, verdicts.REPLICATED),
         ({"value": 0.07}, 0.042, 0.025, verdicts.NOT_REACHED),
-        ({"value": 0.07}, 0.052, 0.025, verdicts.REPLICATED),
         ({"value": 0, "rival": 0.02}, 0.0, 0.02, verdicts.NOT_REACHED),
         ({"value": 0}, 1.5, 1.0, verdicts.REPLICATED),
         ({"range": [None, 0]}, -0.1, 0.01, verdicts.REPLICATED),
         ({"range": [0, 1]}, 0.99, 0.01, verdicts.NOT_REACHED),
         ({"range": [0, 1]}, 0.97, 0.01, verdicts.REPLICATED),
         ({"range": [0, 1]}, 1.03, 0.01, verdicts.DEVIATES),
-        ({"range": [0, 1]}, 0.5, 0.3, verdicts.NOT_REACHED),
         ({"range": [0, 1]}, 0.5, np.nan, verdicts.NOT_REACHED),
         ({"value": 1.0, "error": 0.1}, np.nan, np.nan, verdicts.NOT_REACHED),
     ],

@@ -9,8 +9,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
-from docutils.core import publish_parts
-from jinja2 import Environment
 
 from dpd.digest import ROOT
 from dpd.report.captions import caption, sweep_line
@@ -140,18 +138,6 @@ def test_warnings_and_table_of_a_figure():
     assert "<p><strong>Warning.</strong> Box 1.5 is small.</p>" in said
     assert '<th scope="col">rate / %</th>' in said
     assert '<td data-label="set">one &lt; two</td>' in said
-
-
-def test_the_caption_in_the_report_of_snakemake(tmp_path):
-    """Its template reads the caption that the rule wrote; docutils leaves the HTML alone."""
-    text = caption("fig04_rates", figure_file(), {"slabs": swept(BLENDS)}, xr.Dataset())
-    (tmp_path / "fig04_rates.html").write_text(text, encoding="utf-8")
-    template = (ROOT / "paper_figures" / "caption.rst").read_text(encoding="utf-8")
-    job = SimpleNamespace(output=SimpleNamespace(caption=tmp_path / "fig04_rates.html"))
-    result = SimpleNamespace(path=tmp_path / "fig04_rates.png")
-    rendered = Environment(trim_blocks=True, lstrip_blocks=True).from_string(template)
-    rst = rendered.render(snakemake=job, files=[result])
-    assert text.strip() in publish_parts(rst, writer="html")["body"]
 
 
 FIGURES = [

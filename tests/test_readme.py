@@ -22,29 +22,15 @@ from dpd.report.documents import deviations, figure_counts, pages, run_table
 from dpd.scene.scene import Scene
 
 README = (ROOT / "README.md").read_text()
-PAGES = sorted(
-    path
-    for pattern in (
-        "*.md",
-        "config/*.md",
-        "paper_figures/*/*.md",
-        "benchmarks/*.md",
-        "src/dpd/**/*.md",
-    )
-    for path in ROOT.glob(pattern)
-)
+PLACES = "*.md", "config/*.md", "paper_figures/*/*.md", "benchmarks/*.md", "src/dpd/**/*.md"
+PAGES = {str(path.relative_to(ROOT)): path for place in PLACES for path in sorted(ROOT.glob(place))}
 PAPERS = read_config()["papers"]
-
-
-def name_of(path):
-    """Of a page, for the names of tests."""
-    return str(path.relative_to(ROOT))
 
 
 def test_generated_pages_are_fresh():
     """`python -m dpd readme` has nothing to change."""
     made = pages()
-    stale = [name_of(path) for path, text in made.items() if path.read_text() != text]
+    stale = [str(path) for path, text in made.items() if path.read_text() != text]
     assert not stale, f"{', '.join(stale)}: let `python -m dpd readme` write them"
     of_papers = {ROOT / "paper_figures" / paper / "README.md" for paper in PAPERS}
     ours = {ROOT / "README.md", ROOT / "config" / "README.md", ROOT / "config" / "SCENES.md"}
@@ -57,7 +43,7 @@ def headings(path):
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
-@pytest.mark.parametrize("path", PAGES, ids=name_of)
+@pytest.mark.parametrize("path", PAGES.values(), ids=PAGES)
 def test_links_lead_somewhere(path):
     """To a file or folder of the repository, and to a heading in it."""
     for target in re.findall(r"\]\(([^)\s]+)\)", path.read_text()):
@@ -77,7 +63,7 @@ def commands(text, program):
     return [line.partition("#")[0] for line in found if f"{line} ".startswith(f"{program} ")]
 
 
-@pytest.mark.parametrize("path", PAGES, ids=name_of)
+@pytest.mark.parametrize("path", PAGES.values(), ids=PAGES)
 def test_commands_of_dpd_exist(path):
     """Every stage is one, and takes what the page gives it."""
     parser = new_parser([])
@@ -97,7 +83,7 @@ def snakemake_parser():
     return get_argument_parser()
 
 
-@pytest.mark.parametrize("path", PAGES, ids=name_of)
+@pytest.mark.parametrize("path", PAGES.values(), ids=PAGES)
 def test_commands_of_snakemake_and_make_exist(path):
     """Options, rules, studies and papers; targets of the Makefile."""
     rules = re.findall(
@@ -153,23 +139,14 @@ def test_the_ratios_of_the_readme_are_those_of_the_benchmark():
     assert len(ratios) == 4 and f"{first} and {last} times" in " ".join(README.split())
 
 
-def citation():
-    """What CITATION.cff says."""
-    return yaml.safe_load((ROOT / "CITATION.cff").read_text())
-
-
 def test_the_citation_is_of_this_version():
-    """Required keys of CFF 1.2.0; one version in three files, the owner being the package."""
+    """One version in three files, the owner being the package; one license and authors."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert "version" in project["dynamic"]
-    found = citation()
-    assert {"cff-version", "message", "title", "authors"} <= set(found)
-    assert found["cff-version"] == "1.2.0"
+    found = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     newest = re.search(r"^## \[(.+)\] - (.+)$", (ROOT / "CHANGELOG.md").read_text(), re.M)
     assert found["version"] == __version__ == newest[1]
     assert str(found["date-released"]) == newest[2]
     assert found["license"] == project["license"] == "BSD-3-Clause"
-    assert "BSD 3-Clause" in (ROOT / "LICENSE").read_text()
     assert found["authors"] == project["authors"]
 
 

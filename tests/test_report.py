@@ -116,13 +116,6 @@ def test_a_row_in_full(text):
     assert not re.search(r">\s*(nan|None)\s*<", text)
 
 
-def test_a_page_on_nothing(tmp_path):
-    """A paper without figures, sweeps or published numbers."""
-    empty = Paper("three_2019", "Three", "J. Three 3", {}, (), {})
-    write_page("quick", "Short.", [empty], tmp_path, tmp_path / "report.html")
-    assert 'id="verdicts"' not in (tmp_path / "report.html").read_text(encoding="utf-8")
-
-
 def test_a_page_without_git(monkeypatch, tmp_path):
     """It says so, and does not fail."""
     assert "git not found" not in commit()
