@@ -118,16 +118,12 @@ def figure_file(**more):
 
 
 def test_a_caption():
-    """The paper's number, a line a sweep in the field's notation, where the seeds are, errors."""
+    """The paper's number, a line a sweep in the field's notation, errors, warnings, table."""
     said = caption("fig04_rates", figure_file(), {"two_slabs": swept(BLENDS)}, xr.Dataset())
     assert said.startswith("<p><strong>Figure 4 of the paper. Rates.</strong> None.</p>")
     assert "<em>two_slabs</em>: 3840 beads" in said
     assert "<i>a</i><sub>AA</sub> = <i>a</i><sub>BB</sub> = 25" in said
     assert "<code>seed</code>" in said and "<p>Bars.</p>" in said
-
-
-def test_warnings_and_table_of_a_figure():
-    """They follow the caption, and nothing is left to the browser's mercy."""
     frame = pd.DataFrame([("one < two", "1 ± 2")], columns=["set", "rate / %"])
     module = figure_file(
         warnings=lambda numbers: [f"Box {float(numbers.room)} is small."],

@@ -2,7 +2,6 @@
 
 import os
 import random
-import re
 from io import BytesIO
 from pathlib import Path
 
@@ -122,21 +121,17 @@ def test_colours_of_molecules():
     assert (one == same).all() and np.abs(one - other).max() > 0.1 and np.ptp(gray) < 0.02
 
 
-@pytest.mark.parametrize(
-    ("choices", "said"),
-    [
+def test_choices_that_are_refused():
+    """In a sentence that says what is allowed."""
+    beads = particles([(5, 5, 1)], (10, 10, 10))
+    for choices, said in (
         ({"colour": "mass"}, "colour 'mass': allowed are species and, where beads are bonded"),
         ({"species": ("A", "D")}, "no species is called 'D'; allowed: A, B, C"),
         ({"slab": ("z", 10, 12)}, "the edges are 10, 10, 10"),
-        ({"radius": -1}, "radius: -1 is out of range"),
         ({"slice": "z=1"}, "holds no density field"),
-    ],
-)
-def test_choices_that_are_refused(choices, said):
-    """In a sentence that says what is allowed."""
-    beads = particles([(5, 5, 1)], (10, 10, 10))
-    with pytest.raises(UserError, match=re.escape(said)):
-        draw(beads, **choices)
+    ):
+        with pytest.raises(UserError, match=said):
+            draw(beads, **choices)
 
 
 MIXTURE = SCENE | {
@@ -215,7 +210,10 @@ def test_bad_files_and_bad_names(files, dpd):
         (["garbage.nc"], "garbage.nc: not a whole NetCDF file"),
         (["run.gsd", "--frame", 99], "run.gsd: there is no frame 99; allowed: 0 to"),
         (["run.nc", "-o", "run.jpg"], "run.jpg: its name does not say what kind of picture"),
-        (["run.nc", "-o", "link.png"], "link.png: what is written would take the place of run.nc"),
+        (
+            ["run.nc", "-o", "link.png"],
+            "link.png: what is written would take the place of what is read, run.nc",
+        ),
     ):
         code, found = dpd("draw", *arguments)
         assert code == 1 and found.startswith(f"error: {said}"), (arguments, found)
