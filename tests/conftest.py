@@ -93,13 +93,17 @@ def folder(tmp_path, monkeypatch, cache):
 
 @pytest.fixture
 def dpd(capsys):
-    """A command in this process: its exit code and what it said on standard error."""
+    """A command in this process: its exit code and what it said on standard error.
+
+    What it printed beside that is ``dpd.output``.
+    """
 
     def command(*arguments):
         try:
             code = main([str(argument) for argument in arguments])
         except SystemExit as left:  # what argparse does
             code = left.code
-        return code, capsys.readouterr().err
+        command.output, errors = capsys.readouterr()
+        return code, errors
 
     return command

@@ -11,7 +11,6 @@ import pytest
 import yaml
 
 from dpd import files
-from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.particles.formats import read, write
 from dpd.particles.particles import only
@@ -169,18 +168,6 @@ def test_where_a_path_counts_from(melt, tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def told(capsys):
-    """A command in this process: its exit code and all that it said."""
-
-    def command(*words):
-        code = main([str(word) for word in words])
-        said = capsys.readouterr()
-        return code, said.out + said.err
-
-    return command
-
-
-@pytest.fixture
 def work(folder):
     """A scene in the working folder, and the finished run of it."""
     Path("melt.yaml").write_text(yaml.safe_dump(MELT))
@@ -189,14 +176,14 @@ def work(folder):
     return folder
 
 
-def test_a_run_begins_where_another_ended(work, told):
+def test_a_run_begins_where_another_ended(work, dpd):
     """With its velocities, and other parameters; the same noise is said."""
-    code, said = told("run", "melt.yaml", "--start", "run.nc", "-o", "next.nc")
-    assert code == 0 and "the same noise comes again" in said
+    assert dpd("run", "melt.yaml", "--start", "run.nc", "-o", "next.nc")[0] == 0
+    assert "the same noise comes again" in dpd.output
     other = merge(MELT, {"repulsion": {"A B": 40}, "thermostat": {"kT": 0.9}, "seed": 7})
     Path("melt.yaml").write_text(yaml.safe_dump(other))
-    code, said = told("run", "melt.yaml", "--start", "run.nc", "-o", "third.nc")
-    assert code == 0 and "noise" not in said
+    assert dpd("run", "melt.yaml", "--start", "run.nc", "-o", "third.nc")[0] == 0
+    assert "noise" not in dpd.output
     attributes = files.read("third.nc")[1]
     start = json.loads(attributes["scene"])["start"]
     assert start["method"] == "file" and start["path"] == os.path.abspath("run.nc")
@@ -205,13 +192,13 @@ def test_a_run_begins_where_another_ended(work, told):
     np.testing.assert_array_equal(begun.velocity, last["last_velocity"])
 
 
-def test_a_start_of_other_sources(work, told):
+def test_a_start_of_other_sources(work, dpd):
     """One's own run takes it and says so."""
-    assert told("run", "melt.yaml", "--start", "start.nc", "-o", "one.nc")[0] == 0
+    assert dpd("run", "melt.yaml", "--start", "start.nc", "-o", "one.nc")[0] == 0
     with netCDF4.Dataset("start.nc", "a") as file:
         file.start_sources = "0" * 12
-    code, said = told("run", "melt.yaml", "--start", "start.nc", "-o", "two.nc")
-    assert code == 0 and "start.nc: made by other sources than today's" in said
+    assert dpd("run", "melt.yaml", "--start", "start.nc", "-o", "two.nc")[0] == 0
+    assert "start.nc: made by other sources than today's" in dpd.output
     one, two = (files.read(name)[0] for name in ("one.nc", "two.nc"))
     for name, values in one.items():
         np.testing.assert_array_equal(values, two[name], err_msg=name)

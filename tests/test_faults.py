@@ -148,12 +148,6 @@ def test_no_input_is_lost(tmp_path, monkeypatch, dpd, name):
     assert_refused(dpd("run", scene, "-o", output, *(["--start", start] if start else [])), before)
 
 
-def test_options_out_of_range(folder, dpd):
-    """Refused before anything is written."""
-    before = everything()
-    assert_refused(dpd("run", "scene.yaml", "-o", "run.nc", "--threads=0"), before, "allowed: 1 to")
-
-
 # Files between the stages that are missing or damaged.
 
 RESULTS = Path("results/smoke")

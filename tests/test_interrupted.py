@@ -1,6 +1,5 @@
 """Commands that are interrupted, started twice, or heard by nobody: processes of their own."""
 
-import errno
 import os
 import re
 import signal
@@ -9,7 +8,6 @@ import sys
 import threading
 import time
 from pathlib import Path
-from unittest.mock import Mock
 
 import netCDF4
 import pytest
@@ -100,19 +98,6 @@ def test_a_signal_lets_a_run_keep_its_state(here, number, wait):
     assert made() in ([], ["run.checkpoint"])
     assert ("stopped at step" in errors) == (made() == ["run.checkpoint"])
     assert wait < 1 or "stopped at step" in errors
-
-
-def test_a_second_run_is_told_who_is_at_work(here):
-    """It is refused; the first goes on."""
-    with begin("run", "long.yaml", "-o", "run.nc") as first:
-        wait_for(at_work)
-        code, _, errors = dpd("run", "scene.yaml", "-o", "run.nc")
-        assert code == 1 and f"process {first.pid}" in errors, errors
-        assert len(errors.splitlines()) == 1 and "at work" in errors
-        assert first.poll() is None
-        first.send_signal(signal.SIGTERM)
-        first.communicate(timeout=60)
-    assert made() == ["run.checkpoint"]
 
 
 def test_points_that_begin_together(here):
@@ -243,16 +228,6 @@ def test_a_run_that_was_taken_for_dead_stops(marker):
         time.sleep(0.5)
         lock.report({"step": 2})
     assert sorted(os.listdir()) == [LOCK.name, PROGRESS.name] and "elsewhere" in LOCK.read_text()
-
-
-def test_a_lock_that_cannot_be_written(marker, monkeypatch):
-    """Room is asked for."""
-    full = Mock(side_effect=OSError(errno.ENOSPC, "No space left on device"))
-    monkeypatch.setattr(module.SoftFileLease, "acquire", full)
-    refused = pytest.raises(UserError, match=r"No space .* make room there or choose another place")
-    with refused, alone("run.nc", print):
-        pass
-    assert os.listdir() == []
 
 
 def test_what_is_no_lock_stays(marker):

@@ -7,8 +7,8 @@ import yaml
 
 import dpd.pipeline.paper as module
 from dpd.errors import UserError
-from dpd.pipeline.jobs import GROUPS, RATE, batches, group, megabytes, minutes, priorities
-from dpd.pipeline.paper import CONFIG, read_config, read_paper, read_study, studies
+from dpd.pipeline.jobs import RATE, batches, megabytes, minutes, priorities
+from dpd.pipeline.paper import CONFIG, read_config, read_paper
 from dpd.start import start_digest, start_is_shared
 
 
@@ -40,30 +40,14 @@ def test_the_longest_run_is_first(papers):
 def test_sweeps_that_come_first(papers):
     """In their order, each from its shortest run; the others as without."""
     first = ["nikunen_2007.dynamics", "liu_2008.melts", "groot_warren_1997.chains"]
-    runs = in_order(papers, first)
-    shortest, sweeps = {}, []
-    for paper, sweep, amount in runs:
-        name = f"{paper}.{sweep}"
-        if name not in first:
-            break
-        if name not in sweeps:
-            sweeps.append(name)
-        assert name == sweeps[-1]
-        assert round(amount / 1e6) >= shortest.get(name, 0)
-        shortest[name] = round(amount / 1e6)
-    assert sweeps == first[:2]
-    rest = runs[sum(f"{paper}.{sweep}" in first for paper, sweep, _ in runs) :]
-    assert not any(f"{paper}.{sweep}" in first for paper, sweep, _ in rest)
-    work = [round(amount / 1e6) for *_, amount in rest]
-    assert work == sorted(work, reverse=True)
-
-
-def test_studies_name_sweeps_that_there_are():
-    """Those of the repository."""
-    for study in studies():
-        for name in read_study(study).first or ():
-            paper, sweep = name.rsplit(".", 1)
-            assert sweep in read_paper(paper, study, [sweep]).sweeps
+    runs = [
+        (f"{paper}.{sweep}", round(work / 1e6)) for paper, sweep, work in in_order(papers, first)
+    ]
+    front = [run for run in runs if run[0] in first]
+    assert {name for name, _ in front} == set(first[:2])
+    assert runs[: len(front)] == sorted(front, key=lambda run: (first.index(run[0]), run[1]))
+    rest = [work for _, work in runs[len(front) :]]
+    assert rest == sorted(rest, reverse=True)
 
 
 @pytest.mark.parametrize(
@@ -100,14 +84,6 @@ def test_a_run_asks_for_more_than_it_takes_and_more_at_each_try():
     assert minutes(1e13, 1, DAY) == minutes(1e10, 100, DAY) == DAY
     assert megabytes(10**6, 1) > megabytes(192, 1) + 2 * 312
     assert megabytes(10**6, 3) == 3 * megabytes(10**6, 1)
-
-
-def test_short_runs_share_a_submission():
-    """By the minutes that they are expected to take; long ones have their own."""
-    assert [group(bead_steps) for bead_steps in (0, 1e8, 1e9, 1e10)] == [
-        "short", "short", "medium", None,
-    ]  # fmt: skip
-    assert list(GROUPS) == ["short", "medium"]  # profiles/slurm/config.yaml names them
 
 
 def test_short_runs_share_a_job():

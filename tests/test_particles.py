@@ -34,6 +34,7 @@ def melt(dimension, velocities=True, bonds=True):
         species=rng.integers(0, 2, n).astype(np.uint8),
         names=("A", "Solvent"),
         bonds=np.stack([first, first + 1], axis=1).astype(np.uint32)[: 57 * bonds],
+        angles=np.array([[0, 1, 2], [5, 4, 3]], np.uint32)[: 2 * bonds],
         step=1200,
     )
 
@@ -42,7 +43,7 @@ def assert_same(found, expected, position=0.0):
     """The same beads; positions as near as said, in r_c."""
     assert (found.box, found.names, found.step) == (expected.box, expected.names, expected.step)
     np.testing.assert_allclose(found.position, expected.position, rtol=0, atol=position)
-    for name in ("image", "species", "bonds"):
+    for name in ("image", "species", "bonds", "angles"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), err_msg=name)
         assert getattr(found, name).dtype == getattr(expected, name).dtype
     if expected.velocity is None:
@@ -363,23 +364,20 @@ def atoms(columns, style=""):
     return f"{head}1 {columns}\n2 {columns}\n"
 
 
-@pytest.mark.parametrize("columns, style, said", [
-    ("1 0.0 0.5 0.5 0.5", "", "6 columns .* do not fit to the style 'atomic'"),
-    ("1 0.5 0.5 0.5", "# charge", "5 columns .* do not fit to the style 'charge'"),
-    ("1 0.5 0.5 0.5", "# hybrid", "style 'hybrid'; write the right one .*'Atoms # full'"),
-])  # fmt: skip
-def test_no_style_is_guessed(tmp_path, columns, style, said):
-    with pytest.raises(UserError, match=rf"small\.data: .*{said}"):
-        read_text(tmp_path, atoms(columns, style))
-
-
 @pytest.mark.parametrize("columns, style, lost", [
     ("1 0.5 0.5 0.5", "", None),
     ("1 0.0 0.5 0.5 0.5 0 0 0", "# charge", None),
     ("1 1.1 0.5 0.5 0.5", "# dpd", "theta of"),
     ("1 1 0.5 0.5 0.5 0.5", "# full", "charge of"),
+    ("1 0.0 0.5 0.5 0.5", "", UserError("6 columns .* do not fit to the style 'atomic'")),
+    ("1 0.5 0.5 0.5", "# hybrid", UserError("'hybrid'; write the right one .*'Atoms # full'")),
 ])  # fmt: skip
 def test_columns_of_styles(tmp_path, columns, style, lost):
+    """No style is guessed."""
+    if isinstance(lost, UserError):
+        with pytest.raises(UserError, match=rf"small\.data: .*{lost}"):
+            read_text(tmp_path, atoms(columns, style))
+        return
     found = read_text(tmp_path, atoms(columns, style))
     assert found.species.tolist() == [0, 0]
     np.testing.assert_array_equal(found.position, 0.5)
@@ -407,21 +405,16 @@ WRONG = {
     "no atoms": ("3 atoms\n", "", "there is no line 'atoms' in the header"),
     "header": ("3 atoms", "3 particles", "line 3: '3 particles' is not known in a header"),
     "no right angle": ("0.5 4.5 ylo yhi", "5 1 0 avec", "avec, bvec and cvec .*not along x, y"),
-    "fewer atoms": ("3 atoms", "4 atoms", "section Atoms has 3 lines.*header says 4"),
-    "no box": ("-1.0 3.0 xlo xhi\n", "", "there is no line 'xlo xhi'"),
     "tilted": ("-2.2e-14 0.0", "0.5 1", "tilt factors 0.125, 0.25, 0; allowed: one"),
     "thin": ("-2.0 2.0 zlo", "-2.0 -0.5 zlo", "1.5 thick along z"),
     "no bonds": ("Bonds\n\n1 W1-C 3 1\n", "", "section Bonds has 0 lines, .* says 1"),
     "short line": ("2.5 4.25 1 ", "2.5 4.25 ", "section Atoms: .*with 8 columns"),
-    "text": ("4.25", "4.2.5", "section Atoms: could not convert string.*4.2.5"),
     "not a number": ("4.25", "nan", "atom 1 has a position that is not a finite number"),
     "fraction": ("3 1 C-3", "3.5 1 C-3", "has 3.5 where a whole number"),
     "twice": ("3 1 C-3", "1 1 C-3", "atom 1 is there twice"),
     "type": ("3 1 C-3", "3 1 3", "atom 3 is of a kind that is not one of the 2"),
-    "mass": ("C-3 1\n", "", "section Masses has 1 lines, and the header says 2"),
     "bond to nobody": ("W1-C 3 1", "W1-C 3 8", "section Bonds: there is no atom 8"),
     "velocity of nobody": ("1 4 5", "13 4 5", "section Velocities: there is no atom 13"),
-    "velocity twice": ("1 4 5", "2 4 5", "atom 1 has a velocity that is not a finite number"),
 }
 
 

@@ -100,19 +100,14 @@ def stop(*command, where="Checkpoint.discard", first="pass"):
     assert done.returncode == 9, done.stderr
 
 
-def stop_half_way(scene="scene.yaml"):
-    """Leave run.checkpoint of a run that was killed after it kept its state."""
-    stop(
-        "run", scene, "-o", "run.nc", "--checkpoint-every", "0", where="Checkpoint.save",
-        first="own(*arguments)",
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize("what", ["another scene", "another version"])
 def test_the_state_of_another_run_is_not_lost(folder, dpd, monkeypatch, what):
     """That may be days of work; only when asked a run begins anew in its place."""
     write(scene := "long.yaml", SCENE | {"steps": {"equilibrate": 20, "sample": 2000}})
-    stop_half_way(scene)
+    stop(
+        "run", scene, "-o", "run.nc", "--checkpoint-every", "0", where="Checkpoint.save",
+        first="own(*arguments)",
+    )  # fmt: skip
     if what == "another scene":
         write(scene := "scene.yaml", EDITED)
     else:

@@ -13,10 +13,8 @@ from dpd.engine.state import State
 from dpd.observe.chains import ends_square, sizes
 from dpd.observe.common.measured import observables
 from dpd.observe.common.snapshot import Snapshot as Seen
-from dpd.particles.formats import read, write
 from dpd.particles.particles import whole_images
 from dpd.physics.shear import Shear
-from dpd.runs.result import last_configuration
 from dpd.scene.molecules import MOST_BEADS, Molecule, tree_of
 from dpd.scene.scene import Scene
 from dpd.start import start_description
@@ -249,17 +247,3 @@ def test_distributions_have_the_area_one():
     assert found["bond_pair"].tolist() == ["A A", "A B", "A C", "B B", "B C", "C C", "C D"]
     np.testing.assert_allclose(found["pair_bond_density"].sum(axis=2) * 2 / 67, 1, rtol=1e-12)
     np.testing.assert_allclose(found["pair_bond_mean"][0], [0.5, 0.8, 0.7, 0.3, 0.8, 0.8, 0.9])
-
-
-@pytest.mark.parametrize("suffix", ["nc", "gsd", "data"])
-def test_trees_stay_in_files(tmp_path, suffix):
-    """Their bonds and angles."""
-    scene = Scene(SCENE | {"bond": PAIRS, "angle": {"A A A": {"stiffness": 3}}})
-    particles, path = last_configuration(scene, make_start(scene)), tmp_path / f"one.{suffix}"
-    assert len(particles.angles) == 16
-    write(particles, path)
-    found = read(path)
-    np.testing.assert_array_equal(found.bonds, particles.bonds)
-    np.testing.assert_array_equal(found.angles, particles.angles)
-    np.testing.assert_allclose(found.position, particles.position, atol=1e-14)
-    assert found.left_out == ()
