@@ -20,15 +20,13 @@ if "papers_dir" in config:  # papers outside of this clone; the commands of the 
         )
     os.environ.update(DPD_PAPERS_DIR=str(config["papers_dir"]))
 
-from dpd.analysis.published import entries_of, published
+from dpd.analysis.published import entries_of, figure_path, published
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.pipeline import jobs
-from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of
+from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of, say_at_exit
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paper import read_config, read_study
-from dpd.report.figure_file import figure_path
-from dpd.report.workflow import say_at_exit
 from dpd.stages import (
     calculation_sources, figure_sources, kernels_name, run_sources,
     stage_digest, start_sources,

@@ -18,7 +18,7 @@ from benchmarks.tension import tension_beside_lammps
 from dpd.analysis.collect import save
 from dpd.errors import UserError, suggestion
 from dpd.files import replace_whole
-from dpd.report.workflow import commit, processor
+from dpd.pipeline.paths import commit, processor
 from dpd.runs.result import versions
 from dpd.stages import stage_digest
 

@@ -11,9 +11,8 @@ import xarray as xr
 import yaml
 
 from dpd.digest import ROOT
-from dpd.report.captions import caption, sweep_line
-from dpd.report.figure_file import load_module
-from dpd.report.text import typeset, with_error
+from dpd.report.figures import load_module
+from dpd.report.text import caption, sweep_line, typeset, with_error
 from dpd.scene.scene import Scene
 
 NUMBERS = [

@@ -6,7 +6,7 @@ import xarray as xr
 
 from dpd.analysis.diffusion import power
 from dpd.analysis.statistics import COVERAGE
-from dpd.report.figure_file import load_module
+from dpd.report.figures import load_module
 from paper_figures.nikunen_2007.chain_lengths import crossover, end_effect
 
 LENGTHS = np.array([8.0, 16.0, 32.0, 64.0, 96.0, 128.0, 192.0, 256.0])

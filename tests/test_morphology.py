@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.morphology import Strengths, phase_of, strengths_of
+from dpd.analysis.structure import Strengths, phase_of, strengths_of
 from dpd.engine.queries.pairs import density_waves
 from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped

@@ -73,7 +73,7 @@ def test_figures_import_what_they_share_from_any_folder(tmp_path):
     """Also from one that has a package of the same name."""
     (tmp_path / "paper_figures").mkdir()
     (tmp_path / "paper_figures" / "__init__.py").write_text("raise ImportError('the wrong one')")
-    load = "from dpd.report.figure_file import load_module; load_module('benchmark', 'scaling')"
+    load = "from dpd.report.figures import load_module; load_module('benchmark', 'scaling')"
     done = subprocess.run(
         [sys.executable, "-c", load], cwd=tmp_path, env={"PYTHONPATH": str(ROOT / "src")},
         capture_output=True, text=True, check=False,

@@ -15,10 +15,10 @@ from dpd.analysis.statistics import widening
 from dpd.analysis.verdicts import COLUMNS, Measured, judge
 from dpd.commands.main import main
 from dpd.pipeline.paper import Figure, Paper
+from dpd.pipeline.paths import commit, failures
 from dpd.report import style
-from dpd.report.compare import compared, table_of
+from dpd.report.archive import compared, table_of
 from dpd.report.page import write_page
-from dpd.report.workflow import commit, failures
 from tests.test_pipeline import SMOKE, copy_repository, snakemake
 
 VERDICTS = {  # figure of the first paper, kind, verdict, value

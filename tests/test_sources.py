@@ -7,10 +7,10 @@ import sys
 
 import pytest
 
+from dpd.analysis.published import figure_path
 from dpd.digest import PACKAGE, ROOT
 from dpd.page import Observable, Term, find, module_of, names
 from dpd.pipeline.paper import read_config, read_paper
-from dpd.report.figure_file import figure_path
 from dpd.scene.scene import Scene
 from dpd.sources import DECIDE_NOTHING, HOMES, file_of, reachable, source_of
 from dpd.stages import STAGES, figure_sources, unused
@@ -174,7 +174,7 @@ def test_who_imports_what_a_scene_may_lack():
 DIGESTS = """
 import json, sys
 from dpd.pipeline.paper import read_paper
-from dpd.report.figure_file import figure_path
+from dpd.analysis.published import figure_path
 from dpd.sources import kernel_digest
 from dpd.stages import STAGES, kernels_name, figure_sources, run_sources, stage_digest
 from dpd.stages import start_sources

@@ -9,7 +9,7 @@ import yaml
 
 from dpd.errors import UserError
 from dpd.pipeline.paper import PaperFile
-from dpd.report.captions import sweep_line
+from dpd.report.text import sweep_line
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
 from dpd.sentences import read_section

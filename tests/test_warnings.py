@@ -8,7 +8,7 @@ import xarray as xr
 
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.report.captions import run_warnings
+from dpd.report.text import run_warnings
 from dpd.runs.result import temperature_warning
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene

@@ -1,7 +1,7 @@
 """A figure to copy: the excess pressure of the DPD fluid over its density.
 
 It needs ``TITLE``, ``compute`` and ``draw``. What else it may have is said in `load_module` of
-src/dpd/report/figure_file.py. ``measured`` gives the numbers that are held against those in the
+src/dpd/report/figures.py. ``measured`` gives the numbers that are held against those in the
 file published.yaml beside this one.
 """
 

@@ -29,7 +29,7 @@ STAGES = {
     "calculate": ("dpd.pipeline.theory",),
     "derive": ("dpd.analysis.structure", "dpd.pipeline.sweep"),
     "figure": ("dpd.report.figures",),
-    "report": ("dpd.report.page", "dpd.report.workflow"),
+    "report": ("dpd.report.page",),
     "measure": ("benchmarks.measure",),
 }
 # A run uses statistics only to sum up its series, which are in its file, and to warn in words.

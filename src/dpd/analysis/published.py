@@ -1,4 +1,4 @@
-"""Published numbers, which stand in paper_figures/PAPER/published.yaml alone."""
+"""Published numbers, which stand in paper_figures/PAPER/published.yaml alone; files of figures."""
 
 import math
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from dpd.digest import paper_folder
+from dpd.digest import paper_folder, shortened
 from dpd.errors import UserError, suggestion
 from dpd.page import Refusals, Section, setting
 from dpd.scene.yaml import read_yaml
@@ -89,6 +89,17 @@ class Shown(dict):
         raise UserError(
             f"{file}: {self.figure} shows {name!r}, which is not there; {suggestion(name, known)}"
         )
+
+
+def figure_path(paper: str, figure: str) -> Path:
+    """The file of a figure. Raises `UserError` if it is missing."""
+    path = paper_folder(paper) / f"{figure}.py"
+    if not path.is_file():
+        raise UserError(
+            f"{paper}.yaml: figures.{figure}: there is no file {shortened(path)}; "
+            "write it, with the functions of one of its neighbours, or take the figure out"
+        )
+    return path
 
 
 def published_file(paper: str) -> Path:

@@ -275,7 +275,7 @@ NAMED = "a study, a folder of its results or archive, or a verdict table"
 @command(option("one", help=NAMED), option("other", help=NAMED))
 def compare(options: Namespace) -> None:
     """Say whether two studies differ as their error bars predict."""
-    from dpd.report.compare import as_text, compared, table_of
+    from dpd.report.archive import as_text, compared, table_of
 
     print(as_text(compared(table_of(options.one), table_of(options.other))))
 

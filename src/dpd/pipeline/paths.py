@@ -1,4 +1,4 @@
-"""Where results lie: the one place that knows. The rules name files by it, commands are given them.
+"""Where results lie, what made them, and what failed; the rules name files by it.
 
 results/STUDY/PAPER/runs/SWEEP/POINT/run.nc
 results/STUDY/PAPER/sweeps/SWEEP.nc
@@ -7,19 +7,26 @@ results/STUDY/report.html
 
 from __future__ import annotations
 
+import atexit
+import platform
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dpd.digest import ROOT
+from dpd.errors import FAILED
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
-    from pathlib import Path
 
     from dpd.pipeline.paper import Paper
 
 RESULTS = "results"
 LONG_STUDY = "paper"  # kept in git with its figures; its values stand beside those of every study
+LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
+MOST = 20  # sentences that are shown
 
 
 def results_of(study: str) -> Results:
@@ -127,3 +134,49 @@ class Results:
     def log(self, *parts: str, kind: str = "log") -> str:
         """What a job said, or a stamp that it is done."""
         return f"{self.logs}/{'/'.join(parts)}.{kind}"
+
+
+def failures(logs: str | Path, begun: float) -> list[str]:
+    """Sentences of the jobs that failed in a workflow, each once and with its first log.
+
+    ``logs``: folder of the logs of a study. ``begun``: when the workflow began, as `time.time` has
+    it; older logs are not of its making.
+    """
+    found: dict[str, Path] = {}
+    for path in sorted(Path(logs).rglob("*.log")):
+        if path.stat().st_mtime >= begun:
+            for line in path.read_text(errors="replace").splitlines():
+                if line.startswith(FAILED):
+                    found.setdefault(line, path)
+    return [f"{line} ({path})" for line, path in found.items()]
+
+
+def say_at_exit(logs: str | Path, begun: float) -> None:
+    """Print the first `failures` last, below all that Snakemake has to say of them."""
+    if lines := failures(logs, begun)[:MOST]:
+        atexit.register(lambda: print("", *lines, sep="\n", file=sys.stderr))
+
+
+def library_versions() -> dict[str, str]:
+    """Version of each library and of Python, by name."""
+    from importlib.metadata import version
+
+    return {name: version(name) for name in LIBRARIES} | {"Python": platform.python_version()}
+
+
+def commit() -> str:
+    """The commit that the sources stand on, with a mark if they were edited."""
+    command = ["git", "describe", "--always", "--dirty"]
+    try:
+        found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    except OSError:
+        return "unknown: git not found"
+    return found.stdout.strip() or "not under version control"
+
+
+def processor() -> str:
+    """What the machine calls its processor."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.is_file() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()

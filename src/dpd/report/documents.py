@@ -27,7 +27,7 @@ from dpd.pipeline.paper import Config, PaperFile, check_repository, read_paper, 
 from dpd.pipeline.paths import LONG_STUDY
 from dpd.pipeline.theory import calculations_of
 from dpd.report.archive import FIGURES, manifest_of, pictures, read_archive, studies
-from dpd.report.figure_file import load_module
+from dpd.report.figures import load_module
 from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, section_rows, text_of
 from dpd.report.text import label, published_text, rendered, typeset, with_error
 from dpd.scene.scene import Scene

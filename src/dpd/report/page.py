@@ -15,10 +15,9 @@ from PIL import Image
 from dpd.analysis.collect import load
 from dpd.analysis.verdicts import KINDS, VERDICTS
 from dpd.files import attribute, replace_whole
-from dpd.pipeline.paths import Results
+from dpd.pipeline.paths import Results, commit, library_versions
 from dpd.report.figures import joined, read_verdicts, small_png
 from dpd.report.text import label, named, rendered, typeset, whole, with_error
-from dpd.report.workflow import commit, library_versions
 from dpd.stages import stage_digest
 from dpd.start import start_digest, start_is_shared
 

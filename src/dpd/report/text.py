@@ -1,8 +1,9 @@
-"""Numbers, names and the field's notation as text: `a_AA = 25`, `rho`, `r_c^3` as HTML."""
+"""Numbers, names and the field's notation as text, `a_AA = 25`, `r_c^3` as HTML; captions."""
 
 from __future__ import annotations
 
 import re
+from itertools import chain, combinations_with_replacement
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,10 +11,15 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup, escape
 
+from dpd.page import is_table
+from dpd.scene.scene import Scene
+
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
+    from types import ModuleType
 
     import numpy.typing as npt
+    import xarray as xr
 
 NARROW_SPACE = "\N{NARROW NO-BREAK SPACE}"
 NUMBERED = re.compile(r"fig0*(\d+)_")
@@ -67,6 +73,17 @@ _RULES: list[tuple[str, Any]] = [
     (r"(?<!\w)a\b(?= =|<su| ?ρ| [&≥≤])|(?<=[/−] )a\b|(?<=Δ)a\b|(?<=\d )a\b(?! \w)", "<i>a</i>"),
 ]  # fmt: skip
 RULES = [(re.compile(pattern), put) for pattern, put in _RULES]
+ERRORS = (
+    "Error bars: 95 % intervals, 1.96 standard errors. Those of series take the integrated "
+    "autocorrelation time into account, those of profiles come from blocks of the run, and both "
+    "are carried through to what is derived from them. They are widened by Student's t where few "
+    "independent samples have fixed them. Hollow, without a bar: the run is too short for an "
+    "error (fewer than about 20 correlation times). In legends, ± of this work is a 95 % interval, "
+    "too; that of a published value is as printed."
+)
+PREDICTING = ("gw-vv", "verlet-no-acceleration")  # the schemes that have a lambda to choose
+IF_GIVEN = re.compile(r"\[(.*?)\]")  # what a page's caption leaves out where all is as by default
+SETTING = re.compile(r"\{(\w+)\}")
 
 
 def typeset(text: str) -> Markup:
@@ -154,3 +171,217 @@ def published_text(row: Mapping[str, Any]) -> str:
     if np.isfinite(row["rounding"]):
         text += f", rounded by {row['rounding']:.2g}"
     return text
+
+
+# A figure's caption: number, what the paper shows, a line a sweep, errors.
+
+
+def caption(
+    figure: str, module: ModuleType, sources: Mapping[str, xr.Dataset], numbers: xr.Dataset
+) -> str:
+    """The caption of a figure, a fragment of HTML: paragraphs, warnings, and its table, if any.
+
+    ``sources``: sweeps and measurements that it was made from. ``numbers``: what is plotted.
+    """
+    warned = list(module.warnings(numbers)) if hasattr(module, "warnings") else []
+    if not getattr(module, "SHOWS_TEMPERATURE", False):
+        warned += run_warnings(sources)
+    return rendered(
+        "caption.html",
+        whose=f"{label(figure)} of the paper" if NUMBERED.match(figure) else "Our own figure",
+        module=module,
+        sources=[
+            (name, source.attrs.get("description") or sweep_line(source))
+            for name, source in sources.items()
+        ],
+        has_runs=any("scene" in source for source in sources.values()),
+        errors=getattr(module, "ERRORS", ERRORS),
+        warnings=warned,
+        table=module.table(numbers) if hasattr(module, "table") else None,
+    )
+
+
+def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
+    """What runs have warned of, as of a kT that is not right: a sentence for each sweep.
+
+    A figure that shows just that, kT over the time step, says so with ``SHOWS_TEMPERATURE``.
+    """
+    for name, source in sources.items():
+        texts = list(map(str, source["warning"].values.ravel())) if "warning" in source else []
+        if said := [text for text in texts if text]:
+            yield f"{len(said)} of {len(texts)} runs of {name} warn; the first: {said[0]}."
+
+
+def sweep_line(sweep: xr.Dataset) -> str:
+    """What a caption says of a collected sweep: system, forces, dynamics, sampling, axes.
+
+    A quantity that differs among the runs is given as a range with the number of its values.
+    """
+    texts = dict.fromkeys(map(str, sweep.scene.values.ravel()))
+    scenes = [Scene.of_result(text, "sweep") for text in texts]
+    said = (_system(scenes), *_forces(scenes), _dynamics(scenes), _sampling(scenes, sweep))
+    line = "; ".join(phrase for phrase in said if phrase)
+    axes = [sweep[name] for name in sweep.kT.dims if name != "replica"]
+    swept = ", ".join(_axis(axis) for axis in axes if not _shows(line, span(axis.values)))
+    return f"{line}; swept: {swept}." if swept else f"{line}."
+
+
+def _shows(text, values):
+    """Whether values stand in a text, not as a part of others."""
+    return re.search(rf"(?<![\w.]){re.escape(values)}(?![\w.])", text)
+
+
+def _axis(axis):
+    """Name, values and units of a swept parameter."""
+    units = axis.attrs.get("units", "1")
+    name = axis.attrs.get("long_name", axis.name.replace("_", " "))
+    return f"{name} {span(axis.values)}" + (f" {units}" if units != "1" else "")
+
+
+def _system(scenes):
+    """Beads, molecules, box, density."""
+    beads = span([scene.beads for scene in scenes], counted=False)
+    density = span([round(scene.density, 2) for scene in scenes])
+    return f"{beads} beads, {_molecules(scenes)}, {_box(scenes)}, rho = {density}{_missed(scenes)}"
+
+
+def _missed(scenes):
+    """What whole molecules make of a density that they cannot meet; of the worst scene."""
+    missed = [pair for scene in scenes for pair in scene.missed_densities.values()]
+    if not missed:
+        return ""
+    asked, found = max(missed, key=lambda pair: abs(pair[1] / pair[0] - 1))
+    most = "at worst " if len(scenes) > 1 else ""
+    return f" ({most}density {found:.4g} of whole molecules in place of {asked:g})"
+
+
+def _molecules(scenes):
+    """Monomers, chains of a length, or architectures."""
+    kinds = {(kind.beads, kind.parents): given["architecture"] for scene in scenes
+             for kind, given in zip(scene.molecules, scene.data["molecules"])}  # fmt: skip
+    species = sorted({name for beads, _ in kinds for name in beads})
+    of = f" of {' and '.join(species)}" if len(species) > 1 else ""
+    branched = any(not kind.is_linear for scene in scenes for kind in scene.molecules)
+    if branched or any(len(set(beads)) > 1 for beads, _ in kinds):
+        return f"molecules {', '.join(kinds.values())}"
+    lengths = [len(beads) for beads, _ in kinds]
+    return f"monomers{of}" if set(lengths) == {1} else f"chains{of}, N = {span(lengths)}"
+
+
+def _box(scenes):
+    """Edges of one box, or the range of the edge of several."""
+    boxes = list(dict.fromkeys(scene.box for scene in scenes))
+    dimension = len(boxes[0])
+    if len(boxes) > 1 and all(len(set(box)) == 1 for box in boxes):
+        shape = "cubic" if dimension == 3 else "square"
+        return f"{shape} boxes with edges of {span([box[0] for box in boxes])} r_c"
+    edges = [" x ".join(f"{edge:g}" for edge in box) for box in boxes]
+    return f"{'box' if len(boxes) == 1 else 'boxes'} {', '.join(edges)} r_c^{dimension}"
+
+
+def _forces(scenes):
+    """Repulsion, masses, and what else acts, each page by its own caption."""
+    species = scenes[0].species
+    yield f"{_by_pairs('a', species, [scene.repulsion for scene in scenes])} kT/r_c"
+    if any(scene.masses is not None for scene in scenes):
+        tables = [[1] * len(species) if s.masses is None else s.masses for s in scenes]
+        yield f"masses {_by_species('m', species, tables)}"
+    pages: dict[type, list] = {}
+    for scene in scenes:
+        for page in scene.terms.values():
+            if page.caption is not None:
+                pages.setdefault(type(page), []).append(page)
+    for kind, found in pages.items():
+        yield _of_page(kind, found, len(scenes[0].box))
+
+
+def _of_page(kind, pages, dimension):
+    """The caption of a page with the settings that it has in some scenes."""
+    plain = [page.plain() for page in pages]
+    laws = list(chain.from_iterable(p.values() if is_table(p) else [p] for p in plain))
+    laws = [law for law in laws if isinstance(law, dict)]
+    given = {
+        name: list(chain.from_iterable(_all(law[name]) for law in laws if name in law))
+        for law in laws for name in law
+    }  # fmt: skip
+    numbers = [name for name, values in given.items() if all(map(_is_number, values))]
+    plain_text = ", ".join(f"{name} {{{name}}}" for name in numbers)
+    text = kind.caption or f"{kind.key.replace('_', ' ')}: {plain_text}".removesuffix(": ")
+
+    def if_given(found):
+        names = SETTING.findall(found[1])
+        other = (set(given.get(n, ())) - {kind.model_fields[n].default} for n in names)
+        return found[1] if any(other) else ""
+
+    return IF_GIVEN.sub(if_given, text).format(
+        dimension=dimension, **{name: span(values) for name, values in given.items()}
+    )
+
+
+def _is_number(value):
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _all(given):
+    """Values of a setting, of all species or axes where it has several."""
+    return list(given.values()) if isinstance(given, dict) else np.ravel(given).tolist()
+
+
+def _by_pairs(symbol, species, tables):
+    """a_AA = a_BB = 25, a_AB = 37: pairs of species with the same values together."""
+    alike = {}
+    for i, j in combinations_with_replacement(range(len(species)), 2):
+        pair = _of_species(symbol, species[i], species[j])
+        alike.setdefault(span([table[i, j] for table in tables]), []).append(pair)
+    return ", ".join(f"{' = '.join(pairs)} = {values}" for values, pairs in alike.items())
+
+
+def _of_species(symbol, *names):
+    """a_AB, or a_(W1 tail) where names are longer."""
+    short = "".join(names)
+    return f"{symbol}_{short}" if len(short) == len(names) else f"{symbol}_({' '.join(names)})"
+
+
+def _by_species(symbol, species, tables):
+    """m_A = 1, m_B = 2."""
+    values = (span([table[i] for table in tables]) for i in range(len(species)))
+    named = (_of_species(symbol, name) for name in species)
+    return ", ".join(f"{name} = {value}" for name, value in zip(named, values))
+
+
+def _dynamics(scenes):
+    """Thermostat, scheme, time step."""
+    integrators = [scene.data["integrator"] for scene in scenes]
+    scheme = span([integrator["scheme"] for integrator in integrators])
+    predicting = [each["lambda"] for each in integrators if each["scheme"] in PREDICTING]
+    prediction = f", lambda = {span(predicting)}" if predicting else ""
+    dt = span([integrator["dt"] for integrator in integrators])
+    return f"{_thermostat(scenes)}, scheme {scheme}{prediction}, dt = {dt}"
+
+
+def _thermostat(scenes):
+    """sigma^2 = 2 gamma kT; distribution of the noise."""
+    thermostats = [scene.data["thermostat"] for scene in scenes]
+    bath = "Langevin thermostat, " if thermostats[0]["kind"] == "langevin" else ""
+    noise = span([each["noise"] for each in thermostats])
+    frictions = [scene.friction for scene in scenes]
+    if any(np.ndim(friction) for friction in frictions):
+        names, size = scenes[0].species, len(scenes[0].species)
+        several: Any = _by_species if bath else _by_pairs
+        tables = [np.broadcast_to(friction, [size] * (1 if bath else 2)) for friction in frictions]
+        return f"{bath}{several('gamma', names, tables)}, {noise} noise"
+    gamma = span([each["gamma"] for each in thermostats], counted=False)
+    if gamma == "0":
+        return "no thermostat"
+    sigma = span([round((2 * each["gamma"] * each["kT"]) ** 0.5, 3) for each in thermostats])
+    return f"{bath}sigma = {sigma} (gamma = {gamma}), {noise} noise"
+
+
+def _sampling(scenes, sweep):
+    """Steps, equilibration, replicas."""
+    equilibration = span([scene.steps.equilibrate for scene in scenes], counted=False)
+    sampled = span([scene.steps.sample for scene in scenes], counted=False)
+    replicas = sweep.sizes["replica"]
+    each = f"{replicas} replicas of each run" if replicas > 1 else "one replica"
+    before = "without" if equilibration == "0" else f"after {equilibration} of"
+    return f"{sampled} steps {before} equilibration, {each}"
