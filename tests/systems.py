@@ -5,12 +5,15 @@ import numpy as np
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import State, System
 from dpd.jit import COMPILES
+from dpd.observe.common.measured import observables
 from dpd.physics.angle import Angle
 from dpd.physics.bond import BondLaw
 from dpd.physics.common.forces import bond_record
 from dpd.physics.core import Core
 from dpd.physics.integrator import scheme_named
 from dpd.physics.repulsion import Soft
+from dpd.scene.scene import Scene
+from dpd.start.common.make import make_start, system_of
 
 BOX_3D = (2.2, 3.7, 5.1)  # two, three and five cells
 BOX_2D = (5.1, 2.2)  # the rows of cells run along the last axis
@@ -65,6 +68,27 @@ def make_simulation(system, position, velocity, species=None, identity=None, thr
         identity = np.arange(position.shape[1])
     state = State(position.copy(), velocity.copy(), None, identity.astype(np.uint32), species, 0)
     return Simulation(system, state, threads)
+
+
+def begun(data, threads=1):
+    """A simulation of a scene at its start, what observes it, and its steps."""
+    scene = Scene(data)
+    system = system_of(scene)
+    return Simulation(system, make_start(scene), threads), observables(scene, system), scene.steps
+
+
+def values_of(observer):
+    """What an observable leaves in a file, without dimensions and units."""
+    return {name: variable[1] for name, variable in observer.variables().items()}
+
+
+def assert_pairs(found):
+    """No pair twice, the smaller number first: the same as a set."""
+    assert found.shape[0] == 2 and found.dtype == np.uint32
+    assert (found[0] < found[1]).all()
+    seen = {(int(i), int(j)) for i, j in found.T}
+    assert len(seen) == found.shape[1]
+    return seen
 
 
 def random_beads(box, count, seed=0):

@@ -71,16 +71,9 @@ def fene(r, stiffness):
     return -stiffness * 2.25 / 2 * np.log(1 - square), -stiffness * r / (1 - square)
 
 
-def morse(r, stiffness):
-    """Energy and force, whatever the pair."""
-    e = np.exp(-4 * (r - 0.6))
-    return 100 * (1 - e) ** 2, -800 * (1 - e) * e
-
-
 LAWS = {
     "quartic": (OWN, quartic),
     "fene": (PLAIN | {"fene": FENE}, fene),
-    "morse": (PLAIN | {"morse_bond": {"depth": 100, "alpha": 4, "length": 0.6}}, morse),
 }
 
 

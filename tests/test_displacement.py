@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation
-from dpd.observe.common.measured import observables
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import displacements, followed
 from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start, system_of
+from tests.systems import begun, values_of
 from tests.test_constant_pressure import FLUID
 from tests.test_end_to_end import LAGS, pairs_of
 from tests.test_shear import FLUID as SHEARED
@@ -47,15 +45,13 @@ def test_every_lag_is_that_of_the_whole_trajectory():
     is small enough for beads to leave it, and lags go up to half the run at least. The
     same pairs once more by the tenth of the run in which they end, in sums of up to 170.
     """
-    scene, places = Scene(SCENE), []
-    system = system_of(scene)
-    observer = observables(scene, system)[0]
+    places, (simulation, (observer, *_), steps) = [], begun(SCENE)
     watch = SimpleNamespace(every=2, arrays={}, sample=lambda now: places.append(now.unfolded))
-    run(Simulation(system, make_start(scene)), scene.steps, [observer, watch])
-    assert np.abs(places).max() > 1.5 * max(scene.box)
+    run(simulation, steps, [observer, watch])
+    assert np.abs(places).max() > 1.5 * max(SCENE["box"])
     places = np.array(places) - np.mean(places, axis=2, keepdims=True)
     centres = np.stack([places[:, :, list(beads)].mean(axis=2) for beads, _ in MOLECULES], axis=2)
-    found = {name: variable[1] for name, variable in observer.variables().items()}
+    found = values_of(observer)
     lags = [(lag, apart) for lag, apart in LAGS if apart < 256]
     assert lags[-1][0] >= 850
     np.testing.assert_allclose(found["lag_time"], [lag * 2 * 0.02 for lag, _ in lags], rtol=1e-12)
@@ -95,10 +91,10 @@ def test_samples_any_distance_apart_follow_as_those_of_every_step(kind):
         "shear": SHEARED | {"dimension": 2, "box": [4.5, 4]},
         "constant pressure": FLUID,
     }[kind]
-    scene = Scene(data | {"steps": {"equilibrate": 10, "sample": 3000}, "observe": ["thermo"]})
-    system = system_of(scene)
-    each, far = Far(scene, 1), Far(scene, 500)
-    run(Simulation(system, make_start(scene)), scene.steps, [each, far])
+    data |= {"steps": {"equilibrate": 10, "sample": 3000}, "observe": ["thermo"]}
+    each, far = Far(Scene(data), 1), Far(Scene(data), 500)
+    simulation, _, steps = begun(data)
+    run(simulation, steps, [each, far])
     expected = np.array(each.moved)[499::500] - each.moved[499]
     np.testing.assert_allclose(far.moved, expected, rtol=0, atol=1e-10)
     assert np.abs(np.diff(far.moved, axis=0)).max() > 1 / 3

@@ -16,13 +16,9 @@ from tests.conftest import SCENE
 
 STRENGTH = 0.03
 EDGE, APART = 14.0, 12.0  # of the box with two flows, and of the walls
-TWO_FLOWS = {
-    "dimension": 3,
+TWO_FLOWS = SCENE | {
     "box": [6, 6, EDGE],
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
     "body_force": {"axis": "x", "strength": STRENGTH, "opposite": "z"},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
     "steps": {"equilibrate": 2000, "sample": 15_000},
     "observe": ["thermo", {"velocity_profile": {"every": 5, "bin": 0.5}}],
 }

@@ -13,26 +13,20 @@ from dpd.particles.formats import write
 from dpd.runs.result import last_configuration
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
+from tests.conftest import SCENE
 
-FLUID = {
-    "dimension": 3,
+FLUID = SCENE | {
     "box": [5, 5, 6],
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
     "thermostat": {"gamma": 0},
     "walls": {"axis": "z", "repulsion": 40, "gamma": 1e-18},
     "body_force": {"axis": "x", "strength": 0.3},
     "integrator": {"scheme": "gw-vv", "dt": 0.02},
-    "steps": {"sample": 10},
 }
-SLABS = {
-    "dimension": 3,
+SLABS = SCENE | {
     "box": [8, 8, 20],
     "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
     "repulsion": {"A A": 25, "A B": 37, "B B": 25},
     "start": {"method": "slabs"},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    "steps": {"sample": 10},
     "observe": [{"stress_profile": {"every": 1, "bin": 0.5}}],
 }
 

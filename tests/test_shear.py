@@ -8,16 +8,17 @@ import dpd
 from dpd.analysis.viscosity import viscosities, viscosity
 from dpd.engine.queries.bonds import crossing_bonds
 from dpd.engine.simulation import Simulation
-from dpd.engine.space import TURN, tilted
+from dpd.engine.space import tilted
 from dpd.errors import UserError
 from dpd.particles.formats import read, write
-from dpd.particles.particles import Particles
 from dpd.physics.shear import Shear
 from dpd.runs.run import Options, extend, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
+from tests.engine.test_pairs import box_with
+from tests.test_particles import melt
 
 FLUID = SCENE | {
     "box": [4.5, 4, 4],
@@ -33,7 +34,7 @@ FLUID = SCENE | {
 
 def test_bonds_cross_at_the_images_that_have_slid():
     """Bond 0 goes up through a face; what is above it has slid by 1.8 r_c."""
-    box = tilted((6.0, 5.0), Shear(0.1, 0, 1), 0.04, 0, round(0.3 * TURN))
+    box = box_with((6.0, 5.0), Shear(0.1, 0, 1), 0.3)
     bonds = [
         [(2.0, 4.8), (0.2, 0.2)],
         [(1.8, 4.95), (2.2, 4.95)],  # below the face
@@ -46,23 +47,10 @@ def test_bonds_cross_at_the_images_that_have_slid():
     assert {tuple(pair) for pair in found.T.tolist()} == {(0, 1), (0, 2)}
 
 
-def melt(dimension, turns):
+def tilted_melt(dimension, turns):
     """Beads and bonds in a box whose images have slid."""
-    rng, n = np.random.default_rng(dimension), 60
-    box = tilted(
-        (5.0, 6.5, 7.25)[:dimension], Shear(0.1, 0, 1), 0.04, 0, round(turns * TURN) % TURN
-    )
-    first = np.arange(n - 1)
-    return Particles(
-        box=box,
-        position=rng.random((dimension, n)) * np.array(box)[:, None],
-        image=rng.integers(-3, 4, (dimension, n)).astype(np.int32),
-        velocity=rng.normal(size=(dimension, n)),
-        species=rng.integers(0, 2, n).astype(np.uint8),
-        names=("A", "B"),
-        bonds=np.stack([first, first + 1], axis=1).astype(np.uint32),
-        step=1200,
-    )
+    plain = melt(dimension)
+    return plain._replace(box=box_with(plain.box, Shear(0.1, 0, 1), turns))
 
 
 def far(particles, tilt):
@@ -77,7 +65,7 @@ def far(particles, tilt):
 def test_tilted_boxes_there_and_back(tmp_path, dimension, turns, kind):
     """Beads come back where they were, in the box of right angles; GSD has boxes and tilts in
     single precision."""
-    expected = melt(dimension, turns)
+    expected = tilted_melt(dimension, turns)
     write(expected, tmp_path / f"melt.{kind}")
     found = read(tmp_path / f"melt.{kind}")
     assert tuple(found.box) == tuple(expected.box)
@@ -96,7 +84,8 @@ def test_other_programs_find_beads_in_the_tilted_box(tmp_path):
     from MDAnalysis.lib.distances import self_distance_array
     from MDAnalysis.lib.mdamath import triclinic_box
 
-    particles = melt(3, 0.37)
+    particles = tilted_melt(3, 0.37)
+    x, y, z = particles.box
     write(particles, tmp_path / "melt.gsd")
     with gsd.hoomd.open(tmp_path / "melt.gsd") as file:
         frame = file[0]
@@ -105,7 +94,7 @@ def test_other_programs_find_beads_in_the_tilted_box(tmp_path):
     found = self_distance_array(place.astype(np.float32), box=dimensions)
     i, j = np.triu_indices(particles.beads, 1)
     images = np.array([[a, b, c] for a in range(-2, 3) for b in (-1, 0, 1) for c in (-1, 0, 1)])
-    vectors = images @ np.array([[5.0, 0, 0], [0.37 * 5.0, 6.5, 0], [0, 0, 7.25]])
+    vectors = images @ np.array([[x, 0, 0], [0.37 * x, y, 0], [0, 0, z]])
     apart = (particles.position[:, i] - particles.position[:, j])[:, :, None] + vectors.T[:, None]
     expected = np.sqrt((apart**2).sum(axis=0)).min(axis=1)
     np.testing.assert_allclose(found, expected, atol=1e-4)

@@ -10,12 +10,10 @@ from dpd.observe.common.bins import ThermalMotion
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
+from tests.conftest import SCENE
 
-FLUID = {
-    "dimension": 3,
+FLUID = SCENE | {
     "box": 5,
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
     "integrator": {"scheme": "gw-vv", "dt": 0.02},
     "steps": {"equilibrate": 500, "sample": 4000},
     "observe": [{"thermo": {"every": 2}}],

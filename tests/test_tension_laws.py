@@ -10,7 +10,7 @@ from dpd.scene.scene import Scene
 from paper_figures.groot_warren_1997.fig10_scale_factors import with_slope
 from paper_figures.groot_warren_1997.tension_laws import collapse, tension_law
 from paper_figures.groot_warren_1997.tension_sweeps import sweep_tension
-from tests.test_surface_tension import made_up
+from tests.test_interfaces import made_up
 
 RNG = np.random.default_rng(24)
 CHI, LENGTH = (part.ravel() for part in np.meshgrid([1.2, 1.5, 2.0, 2.6], [2, 3, 5, 8, 12]))

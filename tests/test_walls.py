@@ -15,6 +15,7 @@ from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
+from tests.systems import begun, values_of
 
 CHANNEL = {
     "dimension": 3,
@@ -139,26 +140,18 @@ def test_a_run_that_gets_behind_a_wall(tmp_path):
     assert 0 < files.attributes(tmp_path / "run.nc")["lost_step"] < 100
 
 
-def seen(scene, samples):
-    """Variables of a scene's one observable, after samples of (position, velocity)."""
-    system = system_of(Scene(scene))
-    (observable,) = observables(Scene(scene), system)
-    for position, velocity in samples:
-        state = State(position, velocity, None, None, None, 0)
-        observable.sample(Snapshot(system, state))
-    return {name: variable[1] for name, variable in observable.variables().items()}
-
-
 def test_temperature_is_measured_about_the_flow():
     """Of beads with u = z / 2 and a scatter of 0.9 about it: 0.81 in every layer."""
-    rng, samples = np.random.default_rng(3), []
+    velocity_profile = {"velocity_profile": {"axis": "z", "bin": 1, "every": 1}}
+    simulation, (observer,), _ = begun(FLUID | {"observe": [velocity_profile]})
+    rng = np.random.default_rng(3)
     for _ in range(100):
         position = rng.random((3, 4000)) * 5
         velocity = 0.9 * rng.normal(size=(3, 4000))
         velocity[0] += 0.5 * np.floor(position[2])
-        samples.append((position, velocity))
-    scene = FLUID | {"observe": [{"velocity_profile": {"axis": "z", "bin": 1, "every": 1}}]}
-    found = seen(scene, samples)
+        state = State(position, velocity, None, None, None, 0)
+        observer.sample(Snapshot(simulation.system, state))
+    found = values_of(observer)
     np.testing.assert_allclose(found["layer"], [0.5, 1.5, 2.5, 3.5, 4.5])
     flow = found["velocity_profile"].mean(axis=0)
     np.testing.assert_allclose(flow[0], [0, 0.5, 1, 1.5, 2], atol=0.02)

@@ -13,13 +13,10 @@ from dpd.runs.result import temperature_warning
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
+from tests.conftest import SCENE
 
-FLUID = {
-    "dimension": 3,
+FLUID = SCENE | {
     "box": 5,
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
     "steps": {"equilibrate": 200, "sample": 600},
     "observe": [{"thermo": {"every": 2}}],
 }

@@ -16,7 +16,6 @@ from dpd.errors import UserError
 from dpd.physics.pressure import Pressure
 from tests.engine.cases import simulation_of
 from tests.systems import (
-    BOX_3D,
     make_simulation,
     make_system,
     random_beads,
@@ -41,23 +40,6 @@ def test_pressure_is_minus_the_derivative_of_the_energy(name, core):
         looks.append(barostat.look_at(system, system.pressure, there.state, edges, there.measure()))
     slope = (looks[2].energy - looks[0].energy) / (looks[2].volume - looks[0].volume)
     assert looks[1].pressure == pytest.approx(-slope, rel=1e-6, abs=1e-6)
-
-
-@pytest.mark.few(1)
-@pytest.mark.parametrize(
-    "target, sentence",
-    [(1e-3, "empties the box"), (1e5, "is too high for it")],
-)
-def test_box_that_becomes_too_large_or_too_small(target, sentence):
-    """One message, and the state as it was before the call."""
-    law = Pressure(target, 0.1, 0.05, (0, 1, 2), 1)
-    position, velocity = random_beads(BOX_3D, 50, seed=3)
-    simulation = make_simulation(make_system(BOX_3D, pressure=law), position, velocity)
-    kept = simulation.state
-    with pytest.raises(UserError, match=sentence) as problem:
-        simulation.advance(10_000)
-    assert f"pressure.target {target:g}" in str(problem.value)
-    assert simulation.state is kept
 
 
 def test_start_in_a_box_that_is_too_small():

@@ -9,7 +9,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from dpd.engine.queries.bonds import crossing_bonds, segments_meet
+from dpd.engine.space import wrapped
 from dpd.errors import UserError
+from tests.systems import assert_pairs
 
 UNIT = 64  # ends lie on a grid of 1/64 r_c: floats hold them, and their products, exactly
 TOO_LONG = r"a bond of 1.0\d r_c is longer than half the box"
@@ -52,16 +54,6 @@ def crossings_by_looking(position, members, box):
     return {(int(i), int(j)) for i, j in np.argwhere(np.triu(cross, 1))}
 
 
-def pairs(position, members, box):
-    """What `crossing_bonds` returns, as a set; no pair twice, the smaller number first."""
-    found = crossing_bonds(position, members, box)
-    assert found.shape[0] == 2
-    assert (found[0] < found[1]).all()
-    seen = {(int(i), int(j)) for i, j in found.T}
-    assert len(seen) == found.shape[1]
-    return seen
-
-
 def separate(count):
     """Members of bonds that share no bead."""
     return np.arange(2 * count, dtype=np.uint32).reshape(count, 2)
@@ -75,8 +67,7 @@ def random_bonds(box, count, longest, seed):
     angle, length = rng.random((2, count)) * np.array([[2 * np.pi], [longest]])
     second = first + length * np.array([np.cos(angle), np.sin(angle)])
     position = np.stack([first, second], axis=2).reshape(2, -1)
-    position -= edges * np.floor(position / edges)
-    return np.where(position < edges, position, 0.0), separate(count)
+    return wrapped(position, box)[0], separate(count)
 
 
 # One cell, two, three by four, five by two, and more cells than bonds.
@@ -101,7 +92,7 @@ def test_random_bonds_cross_as_looking_at_all_pairs_says(box, longest, count, se
     assert (np.abs(apart) > np.array(box)[:, None] / 2).any()
     expected = crossings_by_looking(position, members, box)
     assert len(expected) > 10
-    assert pairs(position, members, box) == expected
+    assert assert_pairs(crossing_bonds(position, members, box)) == expected
 
 
 # So few that ends are shared, lie on one line, on the other segment, or at one point.
@@ -126,7 +117,7 @@ def test_more_crossings_than_bonds():
     upright = np.array([[at, at], [low, high]])
     level = upright[::-1]
     position = np.concatenate([upright, level], axis=2).transpose(0, 2, 1).reshape(2, -1)
-    found = pairs(position, separate(20), (3.0, 3.0))
+    found = assert_pairs(crossing_bonds(position, separate(20), (3.0, 3.0)))
     assert found == {(i, 10 + j) for i in range(10) for j in range(10)}
 
 

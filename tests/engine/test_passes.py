@@ -9,31 +9,11 @@ from numpy.polynomial import Polynomial
 
 from dpd.engine.loop import run
 from dpd.engine.queries.bonds import passed_bonds
-from dpd.engine.simulation import Simulation
-from dpd.observe.common.measured import observables
+from dpd.engine.space import wrapped
 from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start, system_of
-from tests.systems import by_identity, chains
+from tests.systems import assert_pairs, begun, by_identity, chains, values_of
 
 MARGIN = 1e-7  # of a time and of a place along a bond, within which nothing is decided
-
-
-def passes(before, after, members, box):
-    """What `passed_bonds` returns, as a set; no pair twice, the smaller number first."""
-    found = passed_bonds(before, after, members, box)
-    assert found.shape[0] == 2
-    assert found.dtype == np.uint32
-    assert (found[0] < found[1]).all()
-    seen = {(int(i), int(j)) for i, j in found.T}
-    assert len(seen) == found.shape[1]
-    return seen
-
-
-def wrapped(position, box):
-    """Positions in the box."""
-    edges = np.array(box)[:, None]
-    inside = position - edges * np.floor(position / edges)
-    return np.where(inside < edges, inside, 0.0)
 
 
 def moving_chains(box, count, length, bond, move, seed):
@@ -51,7 +31,7 @@ def moving_chains(box, count, length, bond, move, seed):
     before[:, number] = flights.reshape(3, -1)
     after[:, number] = before[:, number] + move * vectors(len(number))
     members = number[chains(count, length)].astype(np.uint32)
-    return wrapped(before, box), wrapped(after, box), members
+    return wrapped(before, box)[0], wrapped(after, box)[0], members
 
 
 def line_of(start, end):
@@ -133,7 +113,7 @@ def test_random_bonds_pass_as_the_roots_say(case, seed):
     """The same pairs but for unclear ones, of which there are few unless moves are long."""
     box = case[0]
     before, after, members = moving_chains(*case, seed)
-    found = passes(before, after, members, box)
+    found = assert_pairs(passed_bonds(before, after, members, box))
     expected, unclear = passes_by_looking(before, after, members, box)
     assert len(expected) > 5
     assert len(unclear) < len(expected) / 3
@@ -155,16 +135,15 @@ PHANTOM = {
 def test_passes_of_a_run_are_those_between_its_samples():
     """None at the first sample; many in all, of chains that hardly repel each other."""
     scene, places = Scene(PHANTOM), []
-    system = system_of(scene)
-    observer = observables(scene, system)[0]
+    simulation, (observer, *_), steps = begun(PHANTOM)
     watch = SimpleNamespace(
         every=4, arrays={}, sample=lambda now: places.append(by_identity(now, "position"))
     )
-    run(Simulation(system, make_start(scene)), scene.steps, [observer, watch])
+    run(simulation, steps, [observer, watch])
     expected = [0] + [
         passed_bonds(*two, scene.bonded, scene.box).shape[1] for two in pairwise(places)
     ]
-    found = {name: variable[1] for name, variable in observer.variables().items()}
+    found = values_of(observer)
     assert len(places) == 100 and sum(expected) > 20
     np.testing.assert_array_equal(found["passes"], expected)
     np.testing.assert_allclose(found["pass_time"], 0.08 * np.arange(1, 101), rtol=1e-12)

@@ -11,13 +11,13 @@ from scipy import stats
 
 from dpd import files
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
-from dpd.observe.common.measured import observables
 from dpd.runs.run import Options
 from dpd.runs.run import simulate as run_scene
 from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start, system_of
+from dpd.start.common.make import make_start
+from tests.conftest import SCENE
+from tests.systems import begun, values_of
 
 MONTE_CARLO_PRESSURE = 23.653  # +- 0.002 at rho 3, a 25: no time step (spec of the paper)
 
@@ -34,7 +34,7 @@ class Velocities:
 
 def simulate(box, dt, steps, observe, gamma=4.5, repulsion=25, density=3):
     """Run a fluid of one species: its variables as a file would hold them, its velocities."""
-    scene = Scene({
+    simulation, watched, steps = begun(SCENE | {
         "dimension": len(box),
         "box": list(box),
         "molecules": [{"architecture": "A", "density": density}],
@@ -44,14 +44,9 @@ def simulate(box, dt, steps, observe, gamma=4.5, repulsion=25, density=3):
         "steps": {"equilibrate": steps[0], "sample": steps[1]},
         "observe": observe,
     })  # fmt: skip
-    system = system_of(scene)
-    watched = observables(scene, system)
     velocities = Velocities(round(0.8 / dt))
-    run(Simulation(system, make_start(scene)), scene.steps, [*watched, velocities])
-    found = {}
-    for observer in watched:
-        found |= {name: variable[1] for name, variable in observer.variables().items()}
-    return found, np.array(velocities.seen)
+    run(simulation, steps, [*watched, velocities])
+    return values_of(watched[0]), np.array(velocities.seen)
 
 
 def mean_and_error(series, blocks=20):
@@ -100,24 +95,19 @@ def test_total_energy_is_what_stays():
 
     Chains, so that all three parts exchange energy; velocity Verlet at dt 0.002.
     """
-    scene = Scene({
-        "dimension": 3,
-        "box": 4,
+    simulation, (watch, *_), steps = begun(SCENE | {
         "molecules": [{"architecture": "A 4", "density": 3}],
-        "repulsion": {"A A": 25},
         "bond": {"stiffness": 50, "length": 0.5},
         "thermostat": {"gamma": 0},
         "integrator": {"scheme": "gw-vv", "dt": 0.002},
         "steps": {"sample": 500},
         "observe": [{"thermo": {"every": 5}}],
     })  # fmt: skip
-    system = system_of(scene)
-    watch = observables(scene, system)[0]  # the other one looks after bonds
-    run(Simulation(system, make_start(scene)), scene.steps, [watch])
-    found = {name: variable[1] for name, variable in watch.variables().items()}
-    assert np.ptp(found["total_energy"]) < 1e-3 * scene.beads
-    for part in (found["kT"] * 1.5 * scene.beads, found["pair_energy"], found["bond_energy"]):
-        assert np.ptp(part) > 0.1 * scene.beads
+    run(simulation, steps, [watch])  # the other one looks after bonds
+    found, beads = values_of(watch), simulation.state.position.shape[1]
+    assert np.ptp(found["total_energy"]) < 1e-3 * beads
+    for part in (found["kT"] * 1.5 * beads, found["pair_energy"], found["bond_energy"]):
+        assert np.ptp(part) > 0.1 * beads
 
 
 def test_velocities_are_maxwellian(fluid):
@@ -150,13 +140,7 @@ def test_an_unstable_run_is_recorded_or_fails(tmp_path):
     """The file has the step at which it broke, 41, and NaN for what was not sampled from there;
     unless that is asked for there is none, and the message names the scene. No checkpoint stays.
     """
-    fluid = {
-        "dimension": 2,
-        "box": 6,
-        "molecules": [{"architecture": "A", "density": 3}],
-        "repulsion": {"A A": 25},
-        "integrator": {"scheme": "gw-vv", "dt": 0.12},
-    }
+    fluid = SCENE | {"dimension": 2, "box": 6, "integrator": {"scheme": "gw-vv", "dt": 0.12}}
     relaxed = {"start": {"relax": {"steps": 200, "dt": 0.02}}}
     sampled = {"steps": {"sample": 60}, "observe": [{"thermo": {"every": 1}}]}
     data = fluid | relaxed | sampled

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from dpd.engine.loop import Checkpoint, run
-from dpd.engine.simulation import Simulation
-from dpd.observe.common.measured import observables
-from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start, system_of
-from tests.systems import assert_same_state
+from tests.systems import assert_same_state, begun
 
 SCENE = {
     "dimension": 2,
@@ -33,13 +29,6 @@ class Interrupted(Exception):
     """What stops a run from outside."""
 
 
-def new_run(data=SCENE, threads=1):
-    """A simulation at its start, its observers, and its steps."""
-    scene = Scene(data)
-    system = system_of(scene)
-    return Simulation(system, make_start(scene), threads), observables(scene, system), scene.steps
-
-
 def stop_at(last):
     """Progress that interrupts the run once it has come to a step."""
 
@@ -52,7 +41,7 @@ def stop_at(last):
 
 def interrupted_run(checkpoint, last):
     """Run from the start until interrupted, saving after every stretch of steps."""
-    simulation, observers, steps = new_run()
+    simulation, observers, steps = begun(SCENE)
     with pytest.raises(Interrupted):
         run(simulation, steps, observers, checkpoint, stop_at(last), every_seconds=0.0)
 
@@ -69,7 +58,7 @@ def assert_same_run(one, other):
 @pytest.fixture(scope="module")
 def whole():
     """A run that nothing interrupts."""
-    simulation, observers, steps = new_run()
+    simulation, observers, steps = begun(SCENE)
     assert run(simulation, steps, observers) == LAST
     return simulation, observers
 
@@ -83,7 +72,7 @@ def test_interrupted_run_goes_on_to_the_same_bits(whole, tmp_path, last, saved):
     """Whatever came after the last checkpoint is done again, and no more than that."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
     interrupted_run(checkpoint, last)
-    simulation, observers, steps = new_run()
+    simulation, observers, steps = begun(SCENE)
     assert run(simulation, steps, observers, checkpoint) == LAST - saved
     assert_same_run((simulation, observers), whole)
 
@@ -120,18 +109,9 @@ KINDS = {
 def test_every_kind_of_run_goes_on_to_the_same_bits(tmp_path, kind):
     """Interrupted with two threads, and going on with three."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
-    whole, broken, again = (new_run(LIQUID | KINDS[kind], threads) for threads in (1, 2, 3))
+    whole, broken, again = (begun(LIQUID | KINDS[kind], threads) for threads in (1, 2, 3))
     run(whole[0], whole[2], whole[1])
     with pytest.raises(Interrupted):
         run(broken[0], broken[2], broken[1], checkpoint, stop_at(50), every_seconds=0.0)
     assert 0 < run(again[0], again[2], again[1], checkpoint) <= 35
     assert_same_run(again, whole)
-
-
-def test_checkpoint_of_another_run_is_ignored(whole, tmp_path):
-    """Another scene or other sources: the run begins at the beginning."""
-    path = tmp_path / "run.checkpoint"
-    interrupted_run(Checkpoint(path, KEY | {"sources": "others"}), 1115)
-    simulation, observers, steps = new_run()
-    assert run(simulation, steps, observers, Checkpoint(path, KEY)) == LAST
-    assert_same_run((simulation, observers), whole)

@@ -5,15 +5,12 @@ import pytest
 
 from dpd.engine.loop import run
 from dpd.engine.queries.stress import Slices, virial_in_slices
-from dpd.engine.simulation import Simulation
 from dpd.engine.state import State
-from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start, system_of
 from tests.engine.cases import CASES, stars
 from tests.engine.cases import system_of as placed
 from tests.engine.reference import Reference
-from tests.systems import BOX_2D, BOX_3D, by_identity, make_simulation
+from tests.systems import BOX_2D, BOX_3D, begun, by_identity, make_simulation, values_of
 
 BOXES = pytest.mark.parametrize("box", [BOX_2D, BOX_3D], ids=["2D", "3D"])
 SLAB = {
@@ -122,16 +119,9 @@ def test_normal_pressure_follows_from_forces(box):
 
 def sampled(data, threads=1):
     """Observers of a short run, and the simulation."""
-    scene = Scene(data)
-    system = system_of(scene)
-    simulation = Simulation(system, make_start(scene), threads)
-    observers = observables(scene, system)
-    run(simulation, scene.steps, observers)
-    return {name: o.variables() for name, o in zip(scene.observe, observers)}, simulation
-
-
-def arrays_of(variables):
-    return {name: array for name, (_, array, *_) in variables.items()}
+    simulation, observers, steps = begun(data, threads)
+    run(simulation, steps, observers)
+    return dict(zip(Scene(data).observe, map(values_of, observers))), simulation
 
 
 @pytest.mark.few(1)
@@ -147,8 +137,8 @@ def test_each_sample_is_the_tensor_of_the_box(base, more):
         observe = [{"thermo": {"every": 4}},
                    {"stress_profile": {"every": 4, "bin": 0.3, "axis": "xyz"[axis]}}]  # fmt: skip
         found, simulation = sampled(base | more | {"observe": observe})
-        profile = arrays_of(found["stress_profile"])
-        tensors = arrays_of(found["thermo"])["pressure_tensor"]
+        profile = found["stress_profile"]
+        tensors = found["thermo"]["pressure_tensor"]
         assert len(tensors) == 10 == len(profile["normal_pressure_profile"])
         expected = np.array([whole(tensor)[axis] for tensor in tensors])
         names = ("normal_pressure_profile", "tangential_pressure_profile")
