@@ -27,7 +27,7 @@ from dpd.pipeline import jobs
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of, say_at_exit
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paper import read_config, read_study
-from dpd.stages import (
+from dpd.sources import (
     calculation_sources, figure_sources, kernels_name, run_sources,
     stage_digest, start_sources,
 )

@@ -20,7 +20,7 @@ from dpd.errors import UserError, suggestion
 from dpd.files import replace_whole
 from dpd.pipeline.paths import commit, processor
 from dpd.runs.result import versions
-from dpd.stages import stage_digest
+from dpd.sources import stage_digest
 
 # The names that dpd.pipeline.paper allows.
 MEASUREMENTS = {

@@ -28,7 +28,7 @@ from dpd.analysis.statistics import (
 from dpd.analysis.verdicts import Measured, judge
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.scene.scene import Scene
-from dpd.stages import run_sources
+from dpd.sources import run_sources
 
 MEMORY = 0.9  # of the autoregressive series below
 

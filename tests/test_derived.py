@@ -12,7 +12,7 @@ from dpd.analysis.structure import closest_contact, derive, peak
 from dpd.errors import UserError
 from dpd.pipeline.paper import PaperFile, read_paper
 from dpd.pipeline.sweep import resolved
-from dpd.sentences import read_section
+from dpd.scene.yaml import read_section
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
 PAPER, SWEEP, SOURCE = "liu_2008", "rigidity", "contacts"

@@ -24,14 +24,13 @@ ORDER = (
     ("runs",),
     ("analysis", "start", "observe"),
     ("particles",),
-    ("stages",),
     ("scene", "engine"),
     ("physics",),
-    ("sentences",),
     ("jit", "own"),
-    ("page", "sources"),
+    ("sources",),
+    ("page",),
     ("files",),
-    ("digest", "errors", "progress", "theory"),
+    ("digest", "errors", "theory"),
     ("laws",),
 )
 ROWS = {room: row for row, rooms in enumerate(ORDER) for room in rooms}
@@ -99,7 +98,7 @@ def test_a_scene_knows_no_term():
 
 def test_a_plan_needs_no_numba():
     """Nor xarray: Snakemake reads studies and digests in every process that it starts."""
-    program = "import sys, dpd.pipeline.paper, dpd.stages; print(*sys.modules)"
+    program = "import sys, dpd.pipeline.paper, dpd.sources; print(*sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True,
         env=os.environ | {"PYTHONPATH": str(ROOT / "src")},

@@ -14,7 +14,7 @@ import yaml
 from dpd.digest import PACKAGE
 from dpd.files import read
 from dpd.scene.scene import Scene
-from dpd.stages import run_sources
+from dpd.sources import run_sources
 from tests.conftest import SCENE
 from tests.test_pipeline import copy_repository
 

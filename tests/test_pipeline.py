@@ -20,7 +20,7 @@ from dpd.digest import PACKAGE, ROOT
 from dpd.pipeline.jobs import batches
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.report.text import typeset
-from dpd.stages import kernels_name
+from dpd.sources import kernels_name
 from dpd.start import start_digest, start_is_shared
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited

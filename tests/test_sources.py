@@ -12,8 +12,16 @@ from dpd.digest import PACKAGE, ROOT
 from dpd.page import Observable, Term, find, module_of, names
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.scene.scene import Scene
-from dpd.sources import DECIDE_NOTHING, HOMES, file_of, reachable, source_of
-from dpd.stages import STAGES, figure_sources, unused
+from dpd.sources import (
+    DECIDE_NOTHING,
+    HOMES,
+    STAGES,
+    figure_sources,
+    file_of,
+    reachable,
+    source_of,
+    unused,
+)
 from tests.conftest import SCENE
 from tests.test_pipeline import copy_repository
 
@@ -176,8 +184,8 @@ import json, sys
 from dpd.pipeline.paper import read_paper
 from dpd.analysis.published import figure_path
 from dpd.sources import kernel_digest
-from dpd.stages import STAGES, kernels_name, figure_sources, run_sources, stage_digest
-from dpd.stages import start_sources
+from dpd.sources import STAGES, kernels_name, figure_sources, run_sources, stage_digest
+from dpd.sources import start_sources
 found = {f"stage {stage}": stage_digest(stage) for stage in STAGES} | {"kernels": kernel_digest()}
 for name in sys.argv[1:]:
     paper = read_paper(name, "smoke")

@@ -11,8 +11,7 @@ from dpd.errors import UserError
 from dpd.pipeline.paper import PaperFile
 from dpd.report.text import sweep_line
 from dpd.scene.scene import Scene
-from dpd.scene.yaml import merge
-from dpd.sentences import read_section
+from dpd.scene.yaml import merge, read_section
 from tests.conftest import SCENE, command
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 

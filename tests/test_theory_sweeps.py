@@ -12,7 +12,7 @@ from dpd.pipeline.paper import Paper, read_paper
 from dpd.pipeline.paths import Results
 from dpd.pipeline.sweep import SweepFile, resolved
 from dpd.pipeline.theory import calculate, unfold_theory
-from dpd.sentences import read_section
+from dpd.scene.yaml import read_section
 from paper_figures.crgw_2019.calculations import MonomerFluid
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 

@@ -4,6 +4,10 @@ Nothing is imported here to find that out: files are parsed. What counts of a fi
 tree without comments, docstrings, type hints of functions, descriptions of settings, what a page
 refuses and line numbers, so that a wording changes no digest. The folder of Numba's compiled
 kernels is named after such a digest as well: from the same tree it compiles the same code.
+
+Snakemake compares rules, not the code that they call. A digest of the sources in a rule's
+``params`` makes an edited kernel rerun simulations and an edited plot rerun plots only. The files
+keep it as well, so that a stage that is called by hand refuses what other sources made.
 """
 
 from __future__ import annotations
@@ -16,12 +20,22 @@ from contextlib import suppress
 from functools import cache
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from dpd.digest import PACKAGE, PAPERS_DIR, ROOT, cache_folder, text_digest
+from dpd.digest import (
+    PACKAGE,
+    PAPERS_DIR,
+    ROOT,
+    cache_folder,
+    paper_folder,
+    text_digest,
+    value_digest,
+)  # fmt: skip
+from dpd.page import NEEDED, Observable, Start, Term, find, module_of, names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
 
 # The packages that are followed, with their folders: `dpd` itself, the figures of papers, and of a
 # clone the benchmarks.
@@ -40,8 +54,8 @@ DECIDE_NOTHING = (
     "dpd", "dpd.digest", "dpd.errors",
     "dpd.own", "dpd.page", "dpd.page.base", "dpd.page.kinds",
     "dpd.physics.common.automatic",
-    "dpd.progress", "dpd.runs.lock", "dpd.runs.result",
-    "dpd.scene.sections", "dpd.scene.yaml", "dpd.sentences", "dpd.sources", "dpd.stages",
+    "dpd.runs.lock", "dpd.runs.result",
+    "dpd.scene.sections", "dpd.scene.yaml", "dpd.sources",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
 TEXT = re.compile(r"\w+\.\w+")  # that may name a file beside a module
@@ -137,9 +151,9 @@ def _state():
     """Digest of all files of our packages, byte by byte."""
     total = hashlib.sha256()
     for home in chain(*HOMES.values()):
-        for folder, folders, names in os.walk(home):
+        for folder, folders, inside in os.walk(home):
             folders[:] = sorted(each for each in folders if each[0] not in "._")
-            for path in (Path(folder, name) for name in sorted(names)):
+            for path in (Path(folder, name) for name in sorted(inside)):
                 total.update(f"{path} {hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
     return total.hexdigest()[:12]
 
@@ -285,3 +299,105 @@ def _sibling(path, module):
         raise ValueError(f"it imports the folder {first!r}; beside a page stand files alone")
     file = path.parent / f"{first}.py"
     return (file,) if file.is_file() else ()
+
+
+# --- what decides the results of each stage
+
+# The modules with which each stage begins; what they import is found from there.
+STAGES = {
+    "compile": ("dpd.scene.scene", "dpd.start.common.make"),  # what starts and runs have in common
+    "start": ("dpd.scene.scene", "dpd.start.common.files"),
+    "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.runs.run"),
+    "collect": ("dpd.analysis.collect",),
+    "calculate": ("dpd.pipeline.theory",),
+    "derive": ("dpd.analysis.structure", "dpd.pipeline.sweep"),
+    "figure": ("dpd.report.figures",),
+    "report": ("dpd.report.page",),
+    "measure": ("benchmarks.measure",),
+}
+# A run uses statistics only to sum up its series, which are in its file, and to warn in words.
+NOT_IN_RUNS = frozenset({PACKAGE / "analysis" / "statistics.py"})
+
+
+@cache
+def stage_digest(stage: str) -> str:
+    """Digest of the sources that decide what a stage, a key of `STAGES`, computes for any scene."""
+    pages = [module_of(kind, name) for kind in (Observable, Start, Term) for name in names(kind)]
+    running = pages if stage in ("simulate", "measure") else []
+    without = NOT_IN_RUNS if stage == "simulate" else frozenset()
+    return sources_digest(*STAGES[stage], *running, without=without)
+
+
+def run_sources(scene: Any) -> str:
+    """Digest of the sources of a run: of its rooms, and of the pages that its scene uses."""
+    pages = {type(page).__module__ for page in (scene.start, *scene.observe.values())}
+    return _digest_of("simulate", pages.union(*(_terms(stage.scene) for stage in scene.stages)))
+
+
+def start_sources(scene: Any) -> str:
+    """Digest of the sources that decide a scene's first configuration.
+
+    It is the same for all scenes that share a start.
+    """
+    return _digest_of("start", {type(scene.start).__module__} | _terms_of_start(scene))
+
+
+def kernels_name(scene: Any, of_start: bool = False) -> str:
+    """A name for the kernels of all scenes in which the same terms act, by their sources.
+
+    Where it changes, `run_sources` and `start_sources` of those scenes change as well.
+    ``of_start``: what acts while its first configuration grows and relaxes counts.
+    """
+    terms = _terms_of_start(scene) if of_start else _terms(scene, of_kernels=True)
+    return _digest_of("compile", terms)
+
+
+def figure_sources(path: Path) -> str:
+    """Digest of the sources of a figure: of its file, of the stage that draws it, of captions."""
+    captions = {key: find(Term, key).caption for key in names(Term)}  # no part of a run's sources
+    return f"{sources_digest(*STAGES['figure'], path)} {value_digest(captions)}"
+
+
+def calculations_file(paper: str) -> Path:
+    """The file of a paper with what its sweeps of theory calculate."""
+    return paper_folder(paper) / "calculations.py"
+
+
+def calculation_sources(paper: str) -> str:
+    """Digest of the sources of a paper's calculations, and of the stage that makes them."""
+    return sources_digest(*STAGES["calculate"], calculations_file(paper))
+
+
+def _terms(scene, of_kernels=False):
+    """Modules of all that acts in a scene, or of what its kernels know."""
+    terms = [term for term in scene.terms.values() if term.in_kernels or not of_kernels]
+    return {type(term).__module__ for term in terms}
+
+
+def _terms_of_start(scene):
+    """The same while its first configuration is made: friction is that of pairs."""
+    acting = scene.start_terms.values() if scene.start.acts else ()
+    return {type(term).__module__ for term in (*map(scene.terms.get, NEEDED), *acting)}
+
+
+def _digest_of(stage, pages):
+    """Of the sources of a stage, with those of some pages; a user's by their modules' names."""
+    ours = frozenset(page for page in pages if page.startswith("dpd."))
+    own = sorted(page.rpartition("_")[2] for page in pages - ours)
+    found = _of_ours(stage, ours)
+    return text_digest(" ".join([found, *own])) if own else found
+
+
+@cache
+def _of_ours(stage, pages):
+    return cached(
+        f"{stage} {sorted(pages)}",
+        lambda: sources_digest(*STAGES[stage], *sorted(pages), without=unused(pages) | NOT_IN_RUNS),
+    )
+
+
+def unused(pages: frozenset[str]) -> frozenset[Path]:
+    """Files of terms other than those of what acts in a scene, and than those that they import."""
+    acting = {path for page in pages if (path := file_of(page))}
+    acting = acting.union(*(source_of(path).imports for path in acting))
+    return frozenset(Term.folder / f"{key}.py" for key in names(Term)) - acting

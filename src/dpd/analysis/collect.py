@@ -15,7 +15,7 @@ from dpd import files
 from dpd.analysis.statistics import block_mean_and_error, correlation_time, spread_of_mean, trend
 from dpd.errors import UserError, reason
 from dpd.scene.scene import Scene
-from dpd.stages import run_sources, stage_digest
+from dpd.sources import run_sources, stage_digest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -11,8 +11,7 @@ from pydantic import Field
 from dpd.digest import paper_folder, shortened
 from dpd.errors import UserError, suggestion
 from dpd.page import Refusals, Section, setting
-from dpd.scene.yaml import read_yaml
-from dpd.sentences import read_section
+from dpd.scene.yaml import read_section, read_yaml
 
 
 @dataclass(frozen=True)

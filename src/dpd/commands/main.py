@@ -9,8 +9,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import dpd
-from dpd.commands import user  # noqa: F401  # it declares commands
-from dpd.commands.options import COMMANDS, called
+from dpd.commands import COMMANDS, called, user  # noqa: F401  # it declares commands
 from dpd.errors import FAILED, Occupied, Stopped, UserError, reason
 
 if TYPE_CHECKING:

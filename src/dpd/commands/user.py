@@ -10,7 +10,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from dpd.commands.options import (
+from dpd.commands import (
     CHECKPOINTS,
     OVERWRITE,
     THREADS,

@@ -15,5 +15,5 @@ from dpd.page.base import (
     interval_setting, is_table, module_of, names, no_species, once, part, setting,
 )  # fmt: skip
 from dpd.page.kinds import (
-    KINDS, BondedForce, BondForce, Given, Observable, PairForce, Start, Term,
+    KINDS, NEEDED, BondedForce, BondForce, Given, Observable, PairForce, Start, Term,
 )  # fmt: skip

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from typing import Self
 
 Given = tuple[tuple[str, ...], str, str]  # of a variable: dimensions, units, long_name
+NEEDED = ("integrator", "repulsion", "thermostat")  # terms in every scene
 KINDS = "sample", "block", "largest", "run", "last", "frame", "lag", "part"  # of Observable.gives
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from dpd import files
 from dpd.errors import UserError
 from dpd.pipeline.paths import results_of
-from dpd.stages import kernels_name
+from dpd.sources import kernels_name
 from dpd.start import BYTES_PER_BEAD, start_digest, start_is_shared
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ from dpd.errors import UserError, shown, suggestion
 from dpd.page import NAMES, OR_TABLE, Refusals, Section, inside, setting
 from dpd.pipeline.sweep import Sweep, SweepFile, Value, unfold
 from dpd.pipeline.theory import TheorySweep, unfold_theory
-from dpd.scene.yaml import read_yaml
-from dpd.sentences import read_section
+from dpd.scene.yaml import read_section, read_yaml
 
 if TYPE_CHECKING:
     from collections.abc import Collection

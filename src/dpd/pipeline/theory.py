@@ -19,8 +19,8 @@ from dpd.errors import UserError, suggestion
 from dpd.own import blame, explained
 from dpd.page import Calculation, Quantity
 from dpd.pipeline.sweep import Axis, SweepFile, axes_of, placed, places
-from dpd.sentences import read_section
-from dpd.stages import calculation_sources, calculations_file
+from dpd.scene.yaml import read_section
+from dpd.sources import calculation_sources, calculations_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable

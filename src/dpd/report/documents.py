@@ -32,7 +32,7 @@ from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, sect
 from dpd.report.text import label, published_text, rendered, typeset, with_error
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
-from dpd.stages import calculations_file
+from dpd.sources import calculations_file
 from dpd.start.common.make import system_of
 
 if TYPE_CHECKING:

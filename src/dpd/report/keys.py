@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, ge
 from pydantic import BaseModel
 
 from dpd.errors import UserError, suggestion
-from dpd.page import Observable, Page, Start, Term, find, names
-from dpd.scene.reading import NEEDED
+from dpd.page import NEEDED, Observable, Page, Start, Term, find, names
 from dpd.scene.sections import Basics
-from dpd.sentences import model_in, unit_of
+from dpd.scene.yaml import model_in, unit_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

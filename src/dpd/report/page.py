@@ -18,7 +18,7 @@ from dpd.files import attribute, replace_whole
 from dpd.pipeline.paths import Results, commit, library_versions
 from dpd.report.figures import joined, read_verdicts, small_png
 from dpd.report.text import label, named, rendered, typeset, whole, with_error
-from dpd.stages import stage_digest
+from dpd.sources import stage_digest
 from dpd.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:

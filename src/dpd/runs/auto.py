@@ -22,7 +22,7 @@ from dpd.engine.state import CONSERVATIVE, State
 from dpd.errors import UserError
 from dpd.observe.common.bins import ThermalMotion
 from dpd.scene.scene import Scene
-from dpd.stages import run_sources
+from dpd.sources import run_sources
 from dpd.start.common.make import system_of, thermal_velocities
 
 if TYPE_CHECKING:

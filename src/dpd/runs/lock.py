@@ -1,7 +1,8 @@
-"""One run at a time on an output: a lease on a file beside it, and a report of how far the run is.
+"""One run at a time on an output: a lease on a file beside it; and how far the run is.
 
 The owner of a lease renews it every few seconds. It is taken over from a process that is no more on
 this machine, and from one that has not renewed it for two minutes on another machine of a cluster.
+Progress is a bar at a terminal, plain lines in a log, and a report for who looks at the lock.
 """
 
 from __future__ import annotations
@@ -10,7 +11,10 @@ import json
 import os
 import signal
 import socket
+import sys
 import time
+import warnings
+from collections import deque
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,11 +26,15 @@ from dpd.files import TEMPORARY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from typing import Self
 
 POLL = 1.0  # s between looks whether the other run has ended
 SIGN = 10.0  # s between the owner's signs of life
 SILENCE = 120.0  # s without a sign after which a run on another machine is no more
 ROOM = 512  # bytes of a report, always as many: one write replaces the former
+LINE_EVERY = 20.0  # seconds between lines in a log
+REPORT_EVERY = 5.0  # seconds between reports
+REMEMBERED = 13  # reports that a rate comes from: the last minute, in which a machine may slow down
 
 
 class Worker(NamedTuple):
@@ -45,7 +53,11 @@ class Lock:
         self._lease, self._progress = lease, progress
 
     def report(self, data: dict[str, Any]) -> None:
-        """Tell others how far this run is; refuse to go on if one has taken it for dead."""
+        """Tell others how far this run is; refuse to go on if one has taken it for dead.
+
+        That is what it is ``doing`` (its ``start``, or the ``run``), ``step``, ``steps``, ``rate``
+        in steps per second and ``time``.
+        """
         if self._lease.compromise:
             raise UserError(
                 f"{self._lease.lock_file}: another run took this one for dead, for it gave no sign "
@@ -157,3 +169,52 @@ def worker_on(path: str | Path) -> Worker | None:
     with suppress(OSError, ValueError):
         report = dict(json.loads(_sidecar(path, ".progress").read_text()))
     return Worker(owner.pid, owner.hostname, alive, report)
+
+
+class Progress:
+    """Callable with the number of steps done out of a ``total``; a context manager.
+
+    ``bar``: whether to show one; if not given, at a terminal and in a notebook, elsewhere lines.
+    """
+
+    def __init__(
+        self, total: int, label: str, bar: bool | None = None, lock: Lock | None = None,
+        doing: str = "run",
+    ) -> None:  # fmt: skip
+        self._total, self._label, self._lock, self._doing = total, label, lock, doing
+        # A program without a terminal, or a script, may have none, or have closed it.
+        self._silent = bar is False or sys.stderr is None or getattr(sys.stderr, "closed", False)
+        self._bar = None
+        notebook = "ipykernel" in sys.modules
+        if total and not self._silent and (bar or notebook or sys.stderr.isatty()):
+            with warnings.catch_warnings():  # that bars in notebooks are an experiment
+                warnings.simplefilter("ignore")
+                from tqdm.auto import tqdm  # which hundreds of jobs without a terminal do not need
+
+                self._bar = tqdm(total=total, desc=label, unit="step", dynamic_ncols=True)
+        self._last = time.monotonic()
+        self._marks: deque[tuple[float, int]] = deque(maxlen=REMEMBERED)
+
+    def __call__(self, done: int) -> None:
+        now = time.monotonic()
+        if self._bar is not None:
+            self._bar.update(done - self._bar.n)
+        elif not self._silent and now - self._last >= LINE_EVERY:
+            self._last = now
+            text = f"{self._label}: step {done} of {self._total} ({done / self._total:.0%})"
+            with suppress(OSError):  # nobody reads it any more
+                print(text, file=sys.stderr)
+        early = self._marks and now - self._marks[-1][0] < REPORT_EVERY and done < self._total
+        if self._lock is not None and not early:
+            before, first = self._marks[0] if self._marks else (now, done)
+            self._marks.append((now, done))
+            rate = (done - first) / (now - before) if now > before else None
+            report = {"doing": self._doing, "step": done, "steps": self._total, "rate": rate}
+            self._lock.report(report | {"time": time.time()})
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        if self._bar is not None:
+            self._bar.close()

@@ -25,7 +25,7 @@ from dpd.page import Change
 from dpd.particles.netcdf import attributes_of, variables_of
 from dpd.particles.particles import Particles, box_at, of_scene
 from dpd.scene.scene import Scene
-from dpd.stages import run_sources
+from dpd.sources import run_sources
 from dpd.start.common.make import system_of
 
 if TYPE_CHECKING:

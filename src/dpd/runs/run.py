@@ -32,8 +32,7 @@ from dpd.errors import LostRun, Stopped, UserError
 from dpd.files import remove_drafts, unfinished
 from dpd.jit import COMPILING
 from dpd.observe.common.measured import observables
-from dpd.progress import Progress
-from dpd.runs.lock import alone
+from dpd.runs.lock import Progress, alone
 from dpd.runs.result import (
     Final,
     checkpoint_path,
@@ -50,7 +49,7 @@ from dpd.runs.result import (
     summary,
 )
 from dpd.scene.scene import Scene
-from dpd.stages import run_sources
+from dpd.sources import run_sources
 from dpd.start import start_work
 from dpd.start.common.make import make_start, system_of
 

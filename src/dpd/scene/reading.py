@@ -12,15 +12,14 @@ import numpy as np
 
 from dpd.errors import UserError, shown, suggestion
 from dpd.own import load
-from dpd.page import Observable, Start, Term, find, names
+from dpd.page import NEEDED, Observable, Start, Term, find, names
 from dpd.scene.molecules import Joined, Molecule, joined, tree_of
 from dpd.scene.sections import Basics
-from dpd.sentences import attempt
+from dpd.scene.yaml import attempt
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-NEEDED = ("integrator", "repulsion", "thermostat")  # in every scene
 NOTED_MISSED = 1e-4  # share of a density that whole molecules may miss unsaid: rounding
 
 

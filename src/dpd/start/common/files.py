@@ -25,7 +25,7 @@ from dpd.particles.particles import (
     whole_images,
 )
 from dpd.scene.scene import Scene
-from dpd.stages import start_sources
+from dpd.sources import start_sources
 from dpd.start import start_description, start_digest
 from dpd.start.common.make import (
     make_start,
