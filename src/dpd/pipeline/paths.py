@@ -69,11 +69,9 @@ class Results:
         return f"{self.folder}/{paper}/starts/{digest}.nc"
 
     def runs(self, paper: str, sweep: str) -> str:
-        """Folder of the runs of a sweep."""
         return f"{self.folder}/{paper}/runs/{sweep}"
 
     def run(self, paper: str, sweep: str, point: str) -> str:
-        """The result of a run."""
         return run_file(self.runs(paper, sweep), point)
 
     def batch(self, paper: str, sweep: str, number: str) -> str:
@@ -81,7 +79,6 @@ class Results:
         return f"{self.runs(paper, sweep)}/{number}.made"
 
     def sweep(self, paper: str, sweep: str) -> str:
-        """The runs of a sweep on its axes."""
         return f"{self.folder}/{paper}/sweeps/{sweep}.nc"
 
     def derived(self, paper: str, sweep: str) -> str:
@@ -89,11 +86,9 @@ class Results:
         return f"{self.folder}/{paper}/derived/{sweep}.csv"
 
     def measurement(self, paper: str, name: str) -> str:
-        """A measurement of the benchmark."""
         return f"{self.folder}/{paper}/measurements/{name}.nc"
 
     def figures(self, paper: str) -> str:
-        """Folder of the figures of a paper."""
         return f"{self.folder}/{paper}/figures"
 
     def figure(self, paper: str, figure: str, kind: str) -> str:
@@ -105,25 +100,20 @@ class Results:
         return f"{self.folder}/report{suffix}.html"
 
     def verdicts(self, suffix: str = "") -> str:
-        """The verdict table of a study."""
         return f"{self.folder}/verdicts{suffix}.csv"
 
     def tables_of(self, papers: Iterable[Paper]) -> list[str]:
-        """Verdict tables of all figures of some papers."""
         return [self.figure(paper.name, f, "csv") for paper in papers for f in paper.figures]
 
     def sources_of_page(self, papers: Iterable[Paper]) -> list[str]:
-        """All that a page on some papers is made from."""
-        found = []
+        kinds, found = ("csv", "png", "html", "nc"), []
         for paper in papers:
-            for figure in paper.figures:
-                found += [self.figure(paper.name, figure, k) for k in ("csv", "png", "html", "nc")]
+            found += [self.figure(paper.name, f, kind) for f in paper.figures for kind in kinds]
             found += [self.sweep(paper.name, sweep) for sweep in (*paper.sweeps, *paper.theory)]
             found += [self.measurement(paper.name, name) for name in paper.measurements]
         return found
 
     def benchmark(self) -> str:
-        """The page on the benchmark."""
         return f"{self.folder}/benchmark.html"
 
     @property

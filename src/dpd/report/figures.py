@@ -125,7 +125,11 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
     data = {name: load(path) for name, path in sources.items()}
 
     def made(scattered):
-        drawn = {name: _with_other_errors(each, scattered) for name, each in data.items()}
+        drawn = {}
+        for name, each in data.items():  # its errors of series times a factor for their degrees
+            errors = [f"{key}_error" for key in each.data_vars if f"{key}_degrees" in each]
+            factors = {key: scattered(each[f"{key[:-6]}_degrees"].values) for key in errors}
+            drawn[name] = each.assign({key: each[key] * factors[key] for key in errors})
         numbers = call(module, "compute", drawn, xr.Dataset)
         found = call(module, "measured", numbers, dict)
         return numbers, {name: one.by_sampling for name, one in found.items()}
@@ -160,15 +164,6 @@ def verdicts_of(module: ModuleType, paper: str, figure: str, numbers: xr.Dataset
     """The verdict table of a figure, from its module and the numbers that its ``compute`` gave."""
     degrees = json.loads(numbers.attrs.get("degrees", "{}"))
     return rows(paper, figure, call(module, "measured", numbers, dict), degrees)
-
-
-def _with_other_errors(data, scattered):
-    """A sweep, each error of a series multiplied by a factor for its degrees of freedom."""
-    known = [name for name in data.data_vars if f"{name}_degrees" in data]
-    return data.assign({
-        f"{name}_error": data[f"{name}_error"] * scattered(data[f"{name}_degrees"].values)
-        for name in known
-    })  # fmt: skip
 
 
 def small_png(picture: Image.Image) -> bytes:

@@ -34,6 +34,7 @@ DATA_FILES = ("page.html", "page.css")  # read here: they are part of the report
 PIXELS = 2  # of a picture in one of the page: 7-point type, at 300 dots per inch, is 15 pixels high
 SHORTER = 0.999  # of a time: a number of steps is rounded when a duration becomes one
 PLURAL = {"deviates": "deviate"}
+TIMES = {"steps", "duration"}  # by which a paper says how long it sampled
 
 
 def write_page(
@@ -247,8 +248,8 @@ def shorter_points(paper: Paper) -> list[Row]:
     ``share`` is our time in units of the paper's; times are in tau.
     """
     found = []
-    for said in _said(paper):
-        for sweep in said["sweeps"]:
+    for said in paper.sampling:
+        for sweep in said["sweeps"] if TIMES & said.keys() else ():
             for name, scenes in _by_point(paper.sweeps[sweep], said.get("at", {})).items():
                 scene = scenes[0]
                 ours = sum(scene.steps.sample * scene.dt for scene in scenes)
@@ -270,14 +271,10 @@ def shorter_points(paper: Paper) -> list[Row]:
     return found
 
 
-def _said(paper, says=True):
-    """What the paper says of its sampling, of sweeps for which it gives a time, or does not."""
-    return [said for said in paper.sampling if ("steps" in said or "duration" in said) is says]
-
-
 def not_said(paper: Paper) -> list[str]:
     """Sweeps for which the paper does not say how long it sampled."""
-    return [name for said in _said(paper, says=False) for name in said["sweeps"]]
+    untimed = [said for said in paper.sampling if not TIMES & said.keys()]
+    return [name for said in untimed for name in said["sweeps"]]
 
 
 def _by_point(sweep, at):

@@ -222,20 +222,14 @@ def sweep_line(sweep: xr.Dataset) -> str:
     said = (_system(scenes), *_forces(scenes), _dynamics(scenes), _sampling(scenes, sweep))
     line = "; ".join(phrase for phrase in said if phrase)
     axes = [sweep[name] for name in sweep.kT.dims if name != "replica"]
-    swept = ", ".join(_axis(axis) for axis in axes if not _shows(line, span(axis.values)))
-    return f"{line}; swept: {swept}." if swept else f"{line}."
-
-
-def _shows(text, values):
-    """Whether values stand in a text, not as a part of others."""
-    return re.search(rf"(?<![\w.]){re.escape(values)}(?![\w.])", text)
-
-
-def _axis(axis):
-    """Name, values and units of a swept parameter."""
-    units = axis.attrs.get("units", "1")
-    name = axis.attrs.get("long_name", axis.name.replace("_", " "))
-    return f"{name} {span(axis.values)}" + (f" {units}" if units != "1" else "")
+    swept = []
+    for axis in axes:
+        values, units = span(axis.values), axis.attrs.get("units", "1")
+        name = axis.attrs.get("long_name", axis.name.replace("_", " "))
+        # Not what the line says already, and not as a part of other values.
+        if not re.search(rf"(?<![\w.]){re.escape(values)}(?![\w.])", line):
+            swept.append(f"{name} {values}" + (f" {units}" if units != "1" else ""))
+    return f"{line}; swept: {', '.join(swept)}." if swept else f"{line}."
 
 
 def _system(scenes):
