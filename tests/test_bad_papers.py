@@ -170,22 +170,15 @@ def test_bad_studies(unfold, studies, named):
 
 
 @pytest.mark.few(40)
-@pytest.mark.parametrize("place", list(places(STUDIED)), ids=key_of)
-def test_any_value_at_any_key_of_a_paper(unfold, place):
+@pytest.mark.parametrize("place", [*places(STUDIED), *places(CONFIG)], ids=key_of)
+def test_any_value_at_any_key(unfold, place):
     """Either points with names of their own, or one sentence with the file."""
-    any_value(lambda value: unfold(with_value(STUDIED, place, value)))
-
-
-@pytest.mark.parametrize("place", list(places(CONFIG)), ids=key_of)
-def test_any_value_at_any_key_of_the_configuration(unfold, place):
-    """The same."""
-    any_value(lambda value: unfold(PAPER, with_value(CONFIG, place, value)))
-
-
-def any_value(make):
     for value in WRONG:
         try:
-            paper = make(value)
+            if place[0] in CONFIG:
+                paper = unfold(PAPER, with_value(CONFIG, place, value))
+            else:
+                paper = unfold(with_value(STUDIED, place, value))
         except UserError as problem:
             message = str(problem)
             lines = message.splitlines()

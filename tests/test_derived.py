@@ -13,6 +13,7 @@ from dpd.errors import UserError
 from dpd.pipeline.paper import PaperFile, read_paper
 from dpd.pipeline.sweep import resolved
 from dpd.scene.yaml import read_section
+from tests.test_bad_input import with_value
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
 PAPER, SWEEP, SOURCE = "liu_2008", "rigidity", "contacts"
@@ -111,31 +112,23 @@ GIVEN = {
 }
 
 
-@pytest.mark.parametrize(
-    ("place", "value", "message"),
-    [
-        (("bonds", "derive", "bond.length", "from"), "core", r"no sweep 'core'.*mean 'cores'"),
-        (("bonds", "scene", "bond"), {"stiffness": 3}, r"the sweep's scene has no such key"),
-        (("bonds", "axes", "force"), FORCE | {"values": [50, 200]}, r"has no force 200, which"),
-        (
-            ("bonds", "axes"),
-            {"stiffness": FORCE},
-            r"shares no axis with this sweep; its axes: force",
-        ),
-        (("cores", "axes", "r_s"), {"set": "r", "values": [0, 1]}, r"values on the axis 'r_s'"),
-        (("cores", "derive"), GIVEN["bonds"]["derive"], r"'cores' has derived values itself"),
-    ],
-)
-def test_rules_that_do_not_fit(place, value, message):
+WRONG = [
+    (("bonds", "derive", "bond.length", "from"), "core", r"no sweep 'core'.*mean 'cores'"),
+    (("bonds", "scene", "bond"), {"stiffness": 3}, r"the sweep's scene has no such key"),
+    (("bonds", "axes", "force"), FORCE | {"values": [50, 200]}, r"has no force 200, which"),
+    (("bonds", "axes"), {"stiffness": FORCE}, r"shares no axis with this sweep; its axes: force"),
+    (("cores", "axes", "r_s"), {"set": "r", "values": [0, 1]}, r"values on the axis 'r_s'"),
+    (("cores", "derive"), GIVEN["bonds"]["derive"], r"'cores' has derived values itself"),
+]
+
+
+def test_rules_that_do_not_fit():
     """One sentence that says which key and what is allowed."""
     read_section(PaperFile, {"title": "Mine", "sweeps": GIVEN}, "paper.yaml")
-    given = copy.deepcopy(GIVEN)
-    inner = given
-    for part in place[:-1]:
-        inner = inner[part]
-    inner[place[-1]] = value
-    with pytest.raises(UserError, match=message):
-        read_section(PaperFile, {"title": "Mine", "sweeps": given}, "paper.yaml")
+    for place, value, message in WRONG:
+        with pytest.raises(UserError, match=message):
+            given = {"title": "Mine", "sweeps": with_value(GIVEN, place, value)}
+            read_section(PaperFile, given, "paper.yaml")
 
 
 def runs(folder):

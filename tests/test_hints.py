@@ -1,12 +1,11 @@
 """Type hints: every public function has them, and they agree with each other."""
 
 import ast
-import subprocess
-import sys
 
 import pytest
 
 from dpd.digest import PACKAGE, ROOT
+from tests.conftest import python
 
 # What only kernels call has no hints: Numba finds the types, and makes of each one code of its own.
 FOR_KERNELS = {"kernel", "inlined", "inlined_exactly", "intrinsic_for", "overload", "part"}
@@ -52,8 +51,5 @@ def test_public_functions_have_hints(path):
 
 def test_hints_agree():
     """For the checker; it keeps what it has found in the folder of pytest's cache."""
-    done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--no-error-summary"],
-        cwd=ROOT, capture_output=True, text=True,
-    )  # fmt: skip
+    done = python("-m", "mypy", "--no-error-summary", cwd=ROOT)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -1,17 +1,14 @@
 """Imports run one way: every room of the house stands on those below it."""
 
 import ast
-import os
 import re
-import subprocess
-import sys
 from itertools import chain
 
 import pytest
 import yaml
 
 from dpd.digest import PACKAGE, ROOT
-from tests.conftest import SCENE
+from tests.conftest import SCENE, python
 
 MOST_OF_A_RUN = 75  # modules that `dpd run` imports
 
@@ -99,11 +96,8 @@ def test_a_scene_knows_no_term():
 def test_a_plan_needs_no_numba():
     """Nor xarray: Snakemake reads studies and digests in every process that it starts."""
     program = "import sys, dpd.pipeline.paper, dpd.sources; print(*sys.modules)"
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-    )  # fmt: skip
-    assert not {"numba", "xarray", "matplotlib"} & set(done.stdout.split())
+    done = python("-c", program)
+    assert done.stdout and not {"numba", "xarray", "matplotlib"} & set(done.stdout.split())
 
 
 def test_a_run_imports_few_modules(tmp_path):
@@ -115,11 +109,8 @@ def test_a_run_imports_few_modules(tmp_path):
         "os._exit = lambda code: (print(*sys.modules, flush=True), end(code)); "
         "from dpd.__main__ import command; command()"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program, "run", scene, "-o", tmp_path / "run.nc"],
-        capture_output=True, text=True, check=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-    )  # fmt: skip
+    done = python("-c", program, "run", scene, "-o", tmp_path / "run.nc")
+    assert done.returncode == 0, done.stderr
     found = [name for name in done.stdout.split() if name == "dpd" or name.startswith("dpd.")]
     assert len(found) <= MOST_OF_A_RUN, sorted(found)
 
@@ -133,11 +124,7 @@ def test_whoever_imports_numba_first_it_has_our_settings(first):
         f"import {', '.join(first)}, os; from numba import config; "
         "print(int(config.OPT), config.CACHE_DIR == os.environ['NUMBA_CACHE_DIR'])"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-    )  # fmt: skip
-    assert done.stdout.split() == ["1", "True"]
+    assert python("-c", program).stdout.split() == ["1", "True"]
 
 
 @pytest.mark.parametrize(

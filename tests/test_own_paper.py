@@ -1,13 +1,11 @@
 """A paper of one's own: the example that people copy, and the least that a paper needs."""
 
-import os
 import shutil
-import subprocess
-import sys
 
 import pandas as pd
 import pytest
 
+from tests.conftest import command
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
 
 
@@ -15,9 +13,8 @@ from tests.test_pipeline import copy_repository, edit, planned, snakemake
 def outside(tmp_path):
     """A clone, and a paper that stands elsewhere, with its name and options for snakemake."""
     folder, papers = copy_repository(tmp_path / "copy"), tmp_path / "my papers"
-    command = [sys.executable, "-m", "dpd", "new", "--paper", "mine"]
-    there = os.environ | {"PYTHONPATH": str(folder / "src"), "DPD_PAPERS_DIR": str(papers)}
-    subprocess.run(command, cwd=folder, env=there, check=True)
+    there = {"PYTHONPATH": str(folder / "src"), "DPD_PAPERS_DIR": str(papers)}
+    assert command("new", "--paper", "mine", cwd=folder, **there).returncode == 0
     edit(papers / "mine.yaml", "sample: 4000", "sample: 400")
     edit(papers / "mine.yaml", "values: [2, 3, 4, 5, 6]", "values: [3, 4]")
     figure = papers / "mine" / "scaled_pressure.py"

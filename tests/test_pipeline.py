@@ -22,6 +22,7 @@ from dpd.pipeline.paper import read_config, read_paper
 from dpd.report.text import typeset
 from dpd.sources import kernels_name
 from dpd.start import start_digest, start_is_shared
+from tests.conftest import command, python
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited
 PAPERS = read_config()["papers"]
@@ -126,10 +127,7 @@ def test_dry_run_of_every_study(tmp_path, name):
 def test_sources_are_clean():
     """ruff finds nothing in sources, figures and tests."""
     for check in (["check"], ["format", "--check"]):
-        done = subprocess.run(
-            [sys.executable, "-m", "ruff", *check, "src", "paper_figures", "tests"],
-            cwd=ROOT, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        done = python("-m", "ruff", *check, "src", "paper_figures", "tests", cwd=ROOT)
         assert done.returncode == 0, done.stdout
 
 
@@ -301,13 +299,10 @@ def test_an_edited_kernel_reruns_simulations(study):
         jobs = planned(study, *SMOKE)
         papers = [read_paper(paper, "smoke") for paper in PAPERS]
         assert jobs["simulate"] == jobs_of(papers)
-        done = subprocess.run(
-            [
-                sys.executable, "-m", "dpd", "collect", "smoke", PAPER, "fluid", "-o", "x.nc",
-                "--runs", f"results/smoke/{PAPER}/runs/fluid",
-            ],
-            cwd=study, env=os.environ | {"PYTHONPATH": str(study / "src")},
-            capture_output=True, text=True, check=False,
+        done = command(
+            "collect", "smoke", PAPER, "fluid", "-o", "x.nc",
+            "--runs", f"results/smoke/{PAPER}/runs/fluid",
+            cwd=study, PYTHONPATH=str(study / "src"),
         )  # fmt: skip
         assert done.returncode == 1
         assert "made by other sources" in done.stderr and "Traceback" not in done.stderr

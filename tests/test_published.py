@@ -1,8 +1,6 @@
 """Published numbers stand in published.yaml alone, and a figure shows those that redraw it."""
 
 import ast
-import subprocess
-import sys
 
 import pytest
 
@@ -11,6 +9,7 @@ from dpd.analysis.published import Number, entries_of, shown_by
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline.paper import read_paper
+from tests.conftest import python
 
 FILES = sorted((ROOT / "paper_figures").glob("*/*.py"))
 PAPERS = sorted({path.parent.name for path in FILES})
@@ -74,8 +73,5 @@ def test_figures_import_what_they_share_from_any_folder(tmp_path):
     (tmp_path / "paper_figures").mkdir()
     (tmp_path / "paper_figures" / "__init__.py").write_text("raise ImportError('the wrong one')")
     load = "from dpd.report.figures import load_module; load_module('benchmark', 'scaling')"
-    done = subprocess.run(
-        [sys.executable, "-c", load], cwd=tmp_path, env={"PYTHONPATH": str(ROOT / "src")},
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = python("-c", load, cwd=tmp_path)
     assert done.returncode == 0, done.stderr

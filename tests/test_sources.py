@@ -1,14 +1,11 @@
 """Digests of sources: what an edit changes, and what it leaves alone."""
 
 import json
-import os
-import subprocess
-import sys
 
 import pytest
 
 from dpd.analysis.published import figure_path
-from dpd.digest import PACKAGE, ROOT
+from dpd.digest import PACKAGE
 from dpd.page import Observable, Term, find, module_of, names
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.scene.scene import Scene
@@ -22,7 +19,7 @@ from dpd.sources import (
     source_of,
     unused,
 )
-from tests.conftest import SCENE
+from tests.conftest import SCENE, python
 from tests.test_pipeline import copy_repository
 
 CODE = '''"""What it is for."""
@@ -154,10 +151,7 @@ print(json.dumps([module.__file__ for module in modules]))
 @pytest.mark.parametrize("stage", STAGES)
 def test_all_that_a_stage_imports_is_found(stage):
     """Compared with what Python has in fact imported; functions may import more, later."""
-    done = subprocess.run(
-        [sys.executable, "-c", IMPORTED, *STAGES[stage]], capture_output=True, text=True,
-        check=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-    )  # fmt: skip
+    done = python("-c", IMPORTED, *STAGES[stage])
     assert set(json.loads(done.stdout)) <= set(map(str, reachable(STAGES[stage])))
     assert all(file_of(name) for name in DECIDE_NOTHING)
 
@@ -203,10 +197,7 @@ PAPERS = read_config()["papers"]
 
 def digests(folder):
     """All digests of a copy of the repository, in a process of its own."""
-    done = subprocess.run(
-        [sys.executable, "-c", DIGESTS, *PAPERS], capture_output=True, text=True, check=True,
-        env=os.environ | {"PYTHONPATH": str(folder / "src")},
-    )  # fmt: skip
+    done = python("-c", DIGESTS, *PAPERS, PYTHONPATH=str(folder / "src"))
     return json.loads(done.stdout)
 
 

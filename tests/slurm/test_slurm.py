@@ -1,7 +1,6 @@
 """A study through a Slurm cluster of one node, which fails in the middle."""
 
 import importlib.util
-import os
 import re
 import subprocess
 import sys
@@ -12,7 +11,7 @@ import pytest
 import yaml
 
 from dpd.files import read
-from tests.conftest import SCENE
+from tests.conftest import SCENE, command
 from tests.slurm.one_node import boot, environment, kill_node, missing, start, state_of_node, stop
 from tests.test_pipeline import copy_repository
 
@@ -57,9 +56,9 @@ def expected(tmp_path_factory):
     """What the runs have on this machine, without Snakemake, Slurm and faults."""
     folder, found = new_copy(tmp_path_factory.mktemp("expected")), {}
     for sweep, point in POINTS:
-        words = ["-m", "dpd", "simulate", "quick", "mine", sweep, point, "-o", f"{sweep}.nc"]
-        variables = os.environ | {"PYTHONPATH": str(folder / "src")}
-        subprocess.run([sys.executable, *words], cwd=folder, env=variables, check=True)
+        words = ["simulate", "quick", "mine", sweep, point, "-o", f"{sweep}.nc"]
+        done = command(*words, cwd=folder, PYTHONPATH=str(folder / "src"))
+        assert done.returncode == 0, done.stderr
         found[sweep, point] = read(folder / f"{sweep}.nc")[0]
         (folder / f"{sweep}.nc").unlink()
     return found
