@@ -76,25 +76,22 @@ def test_force_and_curvature_of_a_bond_are_slopes(name, r):
         assert curvature_of_bond(record, r) == pytest.approx(-slope, rel=1e-6)
 
 
-def three_beads(angle, rest, stiffness=5.0):
-    """A force of three beads with an angle between bonds of length 1 and 0.8 at rest."""
-    box = (6.0, 6.0, 6.0)
-    arm = np.array([np.cos(angle), np.sin(angle), 0.0])
-    position = np.array([[1.0, 0, 0], [0, 0, 0], 0.8 * arm]).T + 3.0
-    system = make_system(
-        box, repulsion=np.zeros((1, 1)), kT=0.0, per_bead=True, bond=harmonic(0.0, 1.0),
-        members=np.array([[0, 1], [1, 2]], np.uint32), angle=harmonic_angles(stiffness, rest),
-        angle_members=np.array([[0, 1, 2]], np.uint32),
-    )  # fmt: skip
-    simulation = make_simulation(system, position, np.zeros((3, 3)))
-    return by_identity(simulation, "force"), simulation.measure()
-
-
 @pytest.mark.parametrize("rest", [np.pi, 2.0, 0.0])
 @pytest.mark.parametrize("angle", [np.pi, 0.0])
 def test_straight_angles_stay_finite(angle, rest):
-    """No direction is across them: no force, rather than none that is a number."""
-    force, sums = three_beads(angle, rest)
+    """No direction is across them: no force, rather than none that is a number.
+
+    Between bonds of length 1 and 0.8 at rest, with no other force.
+    """
+    arm = np.array([np.cos(angle), np.sin(angle), 0.0])
+    position = np.array([[1.0, 0, 0], [0, 0, 0], 0.8 * arm]).T + 3.0
+    system = make_system(
+        (6.0, 6.0, 6.0), repulsion=np.zeros((1, 1)), kT=0.0, per_bead=True,
+        bond=harmonic(0.0, 1.0), members=np.array([[0, 1], [1, 2]], np.uint32),
+        angle=harmonic_angles(5.0, rest), angle_members=np.array([[0, 1, 2]], np.uint32),
+    )  # fmt: skip
+    simulation = make_simulation(system, position, np.zeros((3, 3)))
+    force, sums = by_identity(simulation, "force"), simulation.measure()
     assert np.isfinite(force).all()
     assert np.abs(force).max() <= 5.0 * np.pi / 0.8 * 2
     if rest == angle:

@@ -20,23 +20,17 @@ BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
 
 
 EXCHANGES = ("shardlow", "aboba", "lowe-andersen")  # the last has the kernels of the first
-SCHEMES = pytest.mark.parametrize("scheme", EXCHANGES)
-
-
-def pair_in_motion(scheme, dt, **changes):
-    """Two beads without repulsion, 0.4 apart along x."""
-    position = np.array([[1.0, 1.4], [1.0, 1.0], [1.0, 1.0]])
-    velocity = np.array([[0.9, -0.6], [0.2, -0.2], [0.0, 0.0]])
-    bond = (np.array([[0, 1]], np.uint32), 0.0, 0.4)  # without a force: as below, a kernel less
-    system = make_system(BOX[3], scheme, dt=dt, repulsion=np.array([[0.0]]), bonds=bond, **changes)
-    return make_simulation(system, position, velocity), position, velocity
 
 
 def test_lowe_draws_as_often_as_asked():
     """In a share gamma dt of the steps, a relative velocity of variance 2 kT along e alone."""
-    drawn = []
+    position = np.array([[1.0, 1.4], [1.0, 1.0], [1.0, 1.0]])
+    velocity, drawn = np.array([[0.9, -0.6], [0.2, -0.2], [0.0, 0.0]]), []
+    bond = (np.array([[0, 1]], np.uint32), 0.0, 0.4)  # without a force: as below, a kernel less
     for seed in range(1500):
-        simulation, _, velocity = pair_in_motion("lowe-andersen", 0.05, friction=6.0, seed=seed)
+        system = make_system(BOX[3], "lowe-andersen", dt=0.05, repulsion=np.zeros((1, 1)),
+                             bonds=bond, friction=6.0, seed=seed)  # fmt: skip
+        simulation = make_simulation(system, position, velocity)
         simulation.advance(1)
         now = by_identity(simulation, "velocity")
         np.testing.assert_allclose(now.sum(axis=1), velocity.sum(axis=1), atol=1e-12)
@@ -67,7 +61,7 @@ def test_what_is_measured_belongs_to_where_the_beads_are(scheme, skin=0.2):
 
 
 @pytest.mark.few(1)
-@SCHEMES
+@pytest.mark.parametrize("scheme", EXCHANGES)
 @pytest.mark.parametrize("friction, dt", [(4.5, 0.05), (40.5, 0.02)])
 def test_temperature_of_free_beads_is_exact(scheme, friction, dt):
     """Without repulsion nothing but the exchange touches velocities: kT is 1, whatever dt.
