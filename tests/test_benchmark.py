@@ -164,10 +164,6 @@ SIZES = {
 }  # fmt: skip
 
 
-def quiet(sentence):
-    """Say nothing."""
-
-
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     """Folder of a study, for measurements made small."""
@@ -178,7 +174,7 @@ def path_of(results, name):
     """File of a measurement, made if it is not there."""
     path = results / "benchmark" / "measurements" / f"{name}.nc"
     if not path.exists():
-        measure(name, path, quiet, **SIZES[name])
+        measure(name, path, str, **SIZES[name])
     return path
 
 
@@ -197,7 +193,7 @@ def drawn(results, name):
 def test_unknown_measurements_are_refused(tmp_path):
     """With the names that there are; nothing is written."""
     with pytest.raises(UserError, match="did you mean 'features'"):
-        measure("feature", tmp_path / "x.nc", quiet)
+        measure("feature", tmp_path / "x.nc", str)
     assert not list(tmp_path.iterdir())
 
 
@@ -256,7 +252,7 @@ def test_without_lammps(monkeypatch, tmp_path):
     """Our own values, NaN for the others, and a figure that says so."""
     monkeypatch.setattr(beside, "installed", lambda: False)
     path = tmp_path / "benchmark" / "measurements" / "lammps.nc"
-    measure("lammps", path, quiet, **SIZES["lammps"] | {"scenes": {"W1": FLUID}})
+    measure("lammps", path, str, **SIZES["lammps"] | {"scenes": {"W1": FLUID}})
     data = made(tmp_path, "lammps")
     assert np.isfinite(data.own_rate).all() and np.isnan(data.lammps_rate).all()
     assert np.isfinite(data.rdf.sel(code="own")).all()
