@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -19,20 +19,6 @@ from dpd.sources import run_sources, stage_digest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
-
-    class Sweep(Protocol):
-        """What is asked of a `dpd.pipeline.sweep.Sweep`, which stands above this room."""
-
-        @property
-        def name(self) -> str: ...
-        @property
-        def axes(self) -> tuple: ...
-        @property
-        def points(self) -> tuple: ...
-        @property
-        def series(self) -> tuple: ...
-        @property
-        def derived(self) -> tuple: ...
 
 
 LAST = "last_"  # what variables of the last configuration begin with: it stays with its run
@@ -48,8 +34,8 @@ RECORDED = {
 }
 
 
-def collect(sweep: Sweep, paths: Iterable[str | Path], any_version: bool = False) -> xr.Dataset:
-    """Put the runs of a sweep, one per point in its order, on its axes, ``replica`` last.
+def collect(sweep: Any, paths: Iterable[str | Path], any_version: bool = False) -> xr.Dataset:
+    """Put runs of a `dpd.pipeline.sweep.Sweep`, one per point in order, on its axes; replica last.
 
     A series becomes its mean, ``_error`` (standard error, from all replicas of its point),
     ``_degrees`` (its share of the degrees of freedom of that), ``_correlation_time`` in tau,

@@ -100,7 +100,11 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
     began = _first_places(length)
 
     def whole(z, first, second, width, inside, outside):
-        return outside + (inside - outside) * _slab(z, length, first, second, width)
+        share = np.zeros_like(z)  # 2 inside of the slab, 0 outside, in a periodic box
+        for shift in (-length, 0.0, length):
+            share += np.tanh(2 * (z - first - shift) / width)
+            share -= np.tanh(2 * (z - second - shift) / width)
+        return outside + (inside - outside) * (share / 2)
 
     def fitted(function, y, start):
         try:
@@ -117,15 +121,6 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
 def _first_places(length):
     """Where both interfaces are at the beginning of a run."""
     return np.array([0.0, length / 2])
-
-
-def _slab(z, length, first, second, width):
-    """1 inside a slab between two interfaces, 0 outside, in a periodic box."""
-    inside = np.zeros_like(z)
-    for shift in (-length, 0.0, length):
-        inside += np.tanh(2 * (z - first - shift) / width)
-        inside -= np.tanh(2 * (z - second - shift) / width)
-    return inside / 2
 
 
 def _seen_from(density, z, length, position, distance):

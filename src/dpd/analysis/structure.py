@@ -41,8 +41,6 @@ from dpd.scene.scene import Scene
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from dpd.analysis.collect import Sweep
-
 
 FLANK = 4.0  # over and under a level, what counts as near it
 AROUND = 0.15  # r_c on either side of a peak, for the cubic through it
@@ -131,8 +129,8 @@ def closest_contact(at: xr.Dataset) -> Contact:
     return Contact(float(value), float(error), undecided, float(middle))
 
 
-def derive(sweep: Sweep, sources: Mapping[str, xr.Dataset]) -> pd.DataFrame:
-    """Derived values of all points of a sweep; as CSV it is what `resolved` of the pipeline reads.
+def derive(sweep: Any, sources: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+    """Derived values of a `dpd.pipeline.sweep.Sweep`; as CSV what `resolved` there reads.
 
     ``sources``: the sweeps, collected or calculated, that ``sweep.derived`` names.
     """

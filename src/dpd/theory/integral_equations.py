@@ -182,14 +182,11 @@ def _converged(rho, a, start):
         return None
     gamma = full(pairs)
     found = Structure(rho, a, gamma, _closure(gamma, u))
-    return found if _is_stable(found) else None
-
-
-def _is_stable(structure):
-    """Whether all fluctuations of densities cost free energy: 1 - c sqrt(rho rho) is positive."""
-    root = np.sqrt(structure.densities)
-    matrices = np.eye(len(root)) - root[:, None] * transform(structure.c) * root
-    return bool(np.isfinite(matrices).all() and np.linalg.eigvalsh(matrices).min() > 0)
+    # It is stable if all fluctuations of densities cost free energy: 1 - c sqrt(rho rho) > 0.
+    root = np.sqrt(rho)
+    matrices = np.eye(len(root)) - root[:, None] * transform(found.c) * root
+    stable = np.isfinite(matrices).all() and np.linalg.eigvalsh(matrices).min() > 0
+    return found if stable else None
 
 
 def _raised(rho, a):
