@@ -28,11 +28,9 @@ from tests.test_interrupted import Command, wait_for
 
 MODULES = ("dpd.api.live", "dpd.api.runs")
 FLUID = SCENE | {"observe": ["thermo"], "steps": {"equilibrate": 200, "sample": 800}}
-CHAINS = {
-    "dimension": 3,
+CHAINS = SCENE | {
     "box": 6,
     "molecules": [{"architecture": "A 4", "density": 3}],
-    "repulsion": {"A A": 25},
     "bond": {"stiffness": 4, "length": 0},
     "integrator": {"scheme": "gw-vv", "dt": 0.02},
     "steps": {"equilibrate": 20, "sample": 300},
@@ -74,16 +72,15 @@ def test_a_run_is_that_of_the_command(folder, dpd, fluid):
     assert set(os.listdir()) == before | {"run.nc"}
 
 
-@pytest.mark.parametrize("form", ["text", "numpy", "scene"])
-def test_forms_of_a_scene(folder, fluid, form):
+def test_forms_of_a_scene(folder, fluid):
     """A file, a dict with numbers of NumPy, a Scene; the dict is left as it is."""
     given = FLUID | {"seed": 2}
     Path("scene.yaml").write_text(yaml.safe_dump(given))
+    expected = dpd.run(given, progress=False)
+    assert expected.seed == 2 and not np.array_equal(expected.kT, fluid.kT)
     arrays = given | {"box": np.full(3, 4.0), "seed": np.int64(2)}
-    forms = {"text": "scene.yaml", "numpy": arrays, "scene": dpd.Scene(given)}
-    run = dpd.run(forms[form], progress=False, threads=2)
-    assert run.seed == 2 and not np.array_equal(run.kT, fluid.kT)
-    assert np.array_equal(run.kT, dpd.run(given, progress=False).kT)
+    for form in ("scene.yaml", arrays, dpd.Scene(given)):
+        assert np.array_equal(dpd.run(form, progress=False, threads=2).kT, expected.kT)
     assert "thermostat" not in given
 
 

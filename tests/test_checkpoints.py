@@ -24,16 +24,10 @@ from dpd.jit import kernel
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from tests.test_extend import assert_same
+from tests.test_extend import CHAINS, assert_same
 from tests.test_interrupted import begin
 
-SCENE = {
-    "dimension": 2,
-    "box": 5,
-    "molecules": [{"architecture": "A 2 B", "count": 20}],
-    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
-    "bond": {"stiffness": 20, "length": 0.4},
-    "integrator": {"scheme": "gw-vv", "dt": 0.004},
+SCENE = CHAINS | {
     "steps": {"equilibrate": 20, "sample": 700},
     "observe": [
         "thermo", {"rdf": {"range": 2, "every": 10}}, {"displacement": {"every": 5}},

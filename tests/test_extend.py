@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from dpd import files
 from dpd.errors import UserError
@@ -17,6 +16,7 @@ from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
 from dpd.start.common.files import write_start
 from dpd.start.common.make import make_start
+from tests.conftest import SCENE
 
 CHAINS = {
     "dimension": 2,
@@ -45,12 +45,7 @@ IN_SPACE = CHAINS | {
     "observe": [*CHAINS["observe"], {"passes": {"every": 6}}, {"trajectory": {"every": 9}}],
     "integrator": {"scheme": "dpd-vv", "dt": 0.02},
 }
-FLUID = {
-    "dimension": 3,
-    "box": 4,
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+FLUID = SCENE | {
     "steps": {"equilibrate": 20, "sample": 1300},
     "observe": [
         "thermo", {"rdf": {"range": 2}}, {"displacement": {"every": 1}},
@@ -199,10 +194,7 @@ def test_who_keeps_a_state(tmp_path, asked):
 @pytest.fixture
 def finished(folder, dpd):
     """A run in the folder, made by the command."""
-    scene = yaml.safe_load(Path("scene.yaml").read_text())
-    Path("scene.yaml").write_text(yaml.safe_dump(sampled(scene, 100)))
-    assert dpd("run", "scene.yaml", "-o", "run.nc")[0] == 0
-    Path("scene.yaml").write_text(yaml.safe_dump(sampled(scene, 230)))
+    assert dpd("run", "scene.yaml", "-o", "run.nc", "--set=steps.sample=100")[0] == 0
     return Path("run.nc")
 
 
@@ -212,7 +204,7 @@ def test_the_command(finished, dpd):
     before = finished.read_bytes()
     assert dpd("extend", "run.nc", "--sample", 130)[0] == 0
     assert finished.read_bytes() != before
-    assert dpd("run", "scene.yaml", "-o", "whole.nc")[0] == 0
+    assert dpd("run", "scene.yaml", "-o", "whole.nc", "--set=steps.sample=230")[0] == 0
     assert_same("whole.nc", "longer.nc")
     assert_same("whole.nc", "run.nc")
     assert sorted(os.listdir()) == ["longer.nc", "run.nc", "scene.yaml", "whole.nc"]

@@ -74,10 +74,7 @@ def answer(process):
 @pytest.mark.thorough
 def test_two_processes_write_at_the_same_time(python, tmp_path):
     """Numba's own files would both be number 1, and its index would know one of them."""
-    both = [
-        python(COMPILE, "2", "a", "b"),
-        python(COMPILE, "2.5", "b", "a"),
-    ]
+    both = [python(COMPILE, "2", "a", "b"), python(COMPILE, "2.5", "b", "a")]
     assert [answer(process) for process in both] == ["4", "5.0"]
     assert answer(python(USE)) == "[4, 5.0] 2"
 
