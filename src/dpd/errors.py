@@ -52,6 +52,8 @@ def reason(problem: BaseException) -> str:
 
 def remedy(problem: BaseException, folder: str | Path) -> str:
     """What to do where the system did not let us write into a folder."""
+    if isinstance(problem, RuntimeError):  # of the NetCDF library, which does not say why
+        return "is the disk full?"
     is_full = getattr(problem, "errno", None) in (errno.ENOSPC, errno.EDQUOT)
     what = "make room there" if is_full else f"make {folder} writable"
     return f"{what} or choose another place"

@@ -75,9 +75,9 @@ def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
     try:
         with draft_of(path) as draft:
             make(draft)
-    except (OSError, RuntimeError) as problem:  # the NetCDF library has odd words for a full disk
+    except (OSError, RuntimeError) as problem:
         raise UserError(
-            f"{path}: cannot be written ({reason(problem)}); is the disk full?"
+            f"{path}: cannot be written ({reason(problem)}); {remedy(problem, path.parent)}"
         ) from None
 
 

@@ -304,7 +304,11 @@ def simulate(
         looked = state.step - counts_from(observer, scene.steps.equilibrate)
         go_on_from(observer, its_former, looked)
     keeper = _keeper(scene, path, options)
-    _check_room(keeper.path if keeper else path, simulation, observers)
+    size = sum(
+        np.asarray(array).nbytes for array in arrays_of(simulation.state, observers).values()
+    )
+    sidecars = sum(getattr(observer, "file_bytes", 0) for observer in observers)
+    files.check_room(keeper.path if keeper else path, COPIES * size + sidecars)
     running, lost = time.perf_counter() - COMPILING.seconds, -1
     try:
         done = run_steps(
@@ -348,15 +352,6 @@ def _keeper(scene, path, options):
     key = {"scene": scene.digest, "sources": run_sources(scene), "kept": keeps}
     note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
     return Checkpoint(checkpoint_path(path), key, note)
-
-
-def _check_room(path, simulation, observers):
-    """Refuse to begin where checkpoint and result will not fit."""
-    size = sum(
-        np.asarray(array).nbytes for array in arrays_of(simulation.state, observers).values()
-    )
-    sidecars = sum(getattr(observer, "file_bytes", 0) for observer in observers)
-    files.check_room(path, COPIES * size + sidecars)
 
 
 def _write(path, scene, simulation, observers, measured, keeper, keeps):
