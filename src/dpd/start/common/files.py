@@ -86,6 +86,8 @@ def read_start(scene: Scene, path: str | Path) -> State:
         )
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
     try:
+        if not np.isfinite([variables["position"], variables["velocity"]]).all():
+            raise UserError(f"{path}: has places or velocities that are no numbers; {REMEDY}")
         return State(
             variables["position"], variables["velocity"], None,
             np.arange(scene.beads, dtype=np.uint32), variables.get("species"), 0,
