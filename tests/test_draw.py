@@ -210,7 +210,7 @@ def test_bad_files_and_bad_names(files, dpd):
         (["garbage.nc"], "garbage.nc: not a whole NetCDF file"),
         (["run.gsd", "--frame", 99], "run.gsd: there is no frame 99; allowed: 0 to"),
         (["run.nc", "-o", "run.jpg"], "run.jpg: its name does not say what kind of picture"),
-        (["run.nc", "-o", "link.png"], "link.png: what is written would take the place of what is read"),
+        (["run.nc", "-o", "link.png"], "link.png: what is written would take the place of what"),
     ):
         code, found = dpd("draw", *arguments)
         assert code == 1 and found.startswith(f"error: {said}"), (arguments, found)
