@@ -22,7 +22,7 @@ from dpd.analysis.statistics import mean_and_error
 from dpd.digest import ROOT
 from dpd.files import read
 from dpd.page import Observable, names
-from dpd.runs.lock import Progress
+from dpd.runs import Progress
 from tests.conftest import SCENE, python
 from tests.test_interrupted import Command, wait_for
 

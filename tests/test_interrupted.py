@@ -13,11 +13,11 @@ import netCDF4
 import pytest
 import yaml
 
+from dpd import runs as module
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.runs import lock as module
-from dpd.runs.lock import alone, worker_on
+from dpd.runs import alone, worker_on
 from tests.conftest import SCENE
 from tests.test_faults import POINT
 

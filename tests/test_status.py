@@ -31,7 +31,7 @@ from dpd.pipeline.status import (
     RunStatus,
     seconds_left,
 )
-from dpd.runs.lock import Progress, worker_on
+from dpd.runs import Progress, worker_on
 from tests.conftest import SCENE
 from tests.test_interrupted import begin, dpd
 
@@ -155,7 +155,7 @@ def test_kT_and_pressure_are_means_of_the_samples_so_far(here):
 def test_the_rate_is_that_of_the_last_minute(monkeypatch):
     """A run that begins at 1000 steps/s and slows down to 100."""
     now, said = [0.0], []
-    monkeypatch.setattr("dpd.runs.lock.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("dpd.runs.time.monotonic", lambda: now[0])
     progress = Progress(10**6, "run", False, SimpleNamespace(report=said.append))
     done = 500_000  # as one that goes on from a checkpoint
     for second in range(300):

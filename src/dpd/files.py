@@ -235,7 +235,7 @@ def draft_of(path: Path, is_kept: bool = True) -> Iterator[Path]:
 
 
 def remove_drafts(path: Path) -> None:
-    """Remove what killed processes left of a file; for the one at work on it, `dpd.runs.lock`."""
+    """Remove what killed processes left of a file; for the one at work on it, `dpd.runs`."""
     with suppress(OSError):
         for draft in path.parent.glob(f"{escape(path.name)}.*.writing"):
             draft.unlink(missing_ok=True)

@@ -54,7 +54,7 @@ DECIDE_NOTHING = (
     "dpd", "dpd.digest", "dpd.errors",
     "dpd.own", "dpd.page", "dpd.page.base", "dpd.page.kinds",
     "dpd.physics.common.automatic",
-    "dpd.runs.lock", "dpd.runs.result",
+    "dpd.runs", "dpd.runs.result",
     "dpd.scene.sections", "dpd.scene.yaml", "dpd.sources",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports

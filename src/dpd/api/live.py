@@ -20,8 +20,8 @@ from dpd.errors import LostRun, UserError, suggestion
 from dpd.observe.common.bins import ThermalMotion
 from dpd.observe.common.measured import EVERY, observables
 from dpd.observe.common.snapshot import snapshot_of
+from dpd.runs import Progress
 from dpd.runs.auto import settle
-from dpd.runs.lock import Progress
 from dpd.runs.result import final_of, gathered, go_on_from
 from dpd.runs.run import Options, stop_on, whole
 from dpd.scene.scene import Scene, enter

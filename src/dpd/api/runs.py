@@ -25,8 +25,8 @@ from dpd.digest import PACKAGE
 from dpd.errors import FAILED, Occupied, Stopped, UserError, shown
 from dpd.own import measures, refuse_to_run
 from dpd.page import Observable
+from dpd.runs import Progress
 from dpd.runs import run as running
-from dpd.runs.lock import Progress
 from dpd.runs.result import is_made, result_there
 from dpd.runs.run import WARNING, Options, whole
 from dpd.scene.scene import Scene

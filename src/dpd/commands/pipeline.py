@@ -91,7 +91,7 @@ def _write(path, text):
 @command("study", "paper", "sweep", "point", output="start.nc")
 def start(options: Namespace) -> None:
     """Make a first configuration."""
-    from dpd.runs.lock import Progress
+    from dpd.runs import Progress
     from dpd.start import start_work
     from dpd.start.common.files import write_start
 
@@ -203,7 +203,7 @@ def calculate(options: Namespace) -> None:
     """Calculate a sweep of theory."""
     from dpd.analysis.collect import save
     from dpd.pipeline.theory import calculate
-    from dpd.runs.lock import Progress
+    from dpd.runs import Progress
 
     sweep = _found(_paper(options).theory, options.sweep, "simulate, and then: collect")
     with Progress(len(sweep.points), f"{sweep.name}") as progress:

@@ -20,7 +20,7 @@ from dpd.errors import FAILED, UserError, reason
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.pipeline.paths import Results
 from dpd.pipeline.sweep import resolved
-from dpd.runs.lock import worker_on
+from dpd.runs import worker_on
 from dpd.runs.result import checkpoint_path, is_made
 
 if TYPE_CHECKING:

@@ -1,1 +1,220 @@
-"""What runs a scene: from its first configuration to run.nc, alone, stopped and resumed."""
+"""One run at a time on an output: a lease on a file beside it; and how far the run is.
+
+The owner of a lease renews it every few seconds. It is taken over from a process that is no more on
+this machine, and from one that has not renewed it for two minutes on another machine of a cluster.
+Progress is a bar at a terminal, plain lines in a log, and a report for who looks at the lock.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import sys
+import time
+import warnings
+from collections import deque
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from filelock import SoftFileLease, Timeout
+
+from dpd.errors import UserError, reason, remedy
+from dpd.files import TEMPORARY
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from typing import Self
+
+POLL = 1.0  # s between looks whether the other run has ended
+SIGN = 10.0  # s between the owner's signs of life
+SILENCE = 120.0  # s without a sign after which a run on another machine is no more
+ROOM = 512  # bytes of a report, always as many: one write replaces the former
+LINE_EVERY = 20.0  # seconds between lines in a log
+REPORT_EVERY = 5.0  # seconds between reports
+REMEMBERED = 13  # reports that a rate comes from: the last minute, in which a machine may slow down
+
+
+class Worker(NamedTuple):
+    """Who is at work on an output, or was; and the last report on how far, see `Lock.report`."""
+
+    process: int
+    host: str
+    alive: bool
+    report: dict[str, Any]
+
+
+class Lock:
+    """A lease that is ours."""
+
+    def __init__(self, lease: SoftFileLease, progress: Path) -> None:
+        self._lease, self._progress = lease, progress
+
+    def report(self, data: dict[str, Any]) -> None:
+        """Tell others how far this run is; refuse to go on if one has taken it for dead.
+
+        That is what it is ``doing`` (its ``start``, or the ``run``), ``step``, ``steps``, ``rate``
+        in steps per second and ``time``.
+        """
+        if self._lease.compromise:
+            raise UserError(
+                f"{self._lease.lock_file}: another run took this one for dead, for it gave no sign "
+                f"of life for {SILENCE:g} s; it goes on there"
+            )
+        with suppress(OSError):  # a disk that is full, or away for a moment: the run goes on
+            place = os.open(self._progress, os.O_WRONLY | os.O_CREAT, 0o666)
+            with open(place, "wb", buffering=0) as file:  # in one piece, for who reads it
+                file.write(json.dumps(data).ljust(ROOM).encode())
+
+    def end(self) -> None:
+        """Let others in."""
+        if not self._lease.compromise:
+            self._progress.unlink(missing_ok=True)
+        self._lease.release()
+
+
+def _sidecar(path, suffix):
+    return Path(path).with_name(Path(path).name + suffix)
+
+
+def _lease(path):
+    return SoftFileLease(
+        _sidecar(path, ".lock"), lease_duration=SILENCE, heartbeat_interval=SIGN,
+        thread_local=False, is_singleton=False,
+    )  # fmt: skip
+
+
+@contextmanager
+def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> Iterator[Lock]:
+    """Be the only run at work on an output; ``wait`` for the other one instead of refusing.
+
+    ``say`` is called where a lock is taken over or waited for. Raises `UserError` if another run is
+    at work, or if there can be no lock.
+    """
+    lease, progress = _lease(path), _sidecar(path, ".progress")
+    place = Path(lease.lock_file)
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        _take(lease, path, say, wait)
+    except OSError as problem:
+        raise UserError(
+            f"{place}: cannot be written ({reason(problem)}); {remedy(problem, place.parent)}"
+        ) from None
+    TEMPORARY.add(progress)
+    lock = Lock(lease, progress)
+    try:
+        yield lock
+    finally:
+        lock.end()
+        TEMPORARY.difference_update((place, progress))
+
+
+def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wait: bool) -> None:
+    """Take a lease, if need be from a run that is no more."""
+    said = ""
+    while True:
+        owner = worker_on(path)
+        who = f"(process {owner.process} on {owner.host})" if owner else ""
+        with suppress(Timeout):
+            _acquire(lease)
+            if owner:
+                say(f"{lease.lock_file}: left by a run that was killed {who}; taking over")
+            return
+        if owner and owner.alive and not wait:
+            raise UserError(
+                f"{path}: another run is at work on it {who}; wait for it, stop it, or choose "
+                "another output"
+            )
+        if owner and owner.alive:
+            busy = f"another run is at work on it {who}; waiting for it"
+        else:
+            busy = f"left on another machine {who}; waiting {SILENCE:g} s for a sign"
+        if owner and busy != said:
+            say(f"{path}: {busy}")
+            said = busy
+        time.sleep(POLL)
+
+
+def _acquire(lease):
+    """Take it now; a signal waits until it is known to be ours, and so leaves no lock."""
+    signals = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    try:
+        lease.acquire(blocking=False)
+        TEMPORARY.add(Path(lease.lock_file))
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, former)
+
+
+def worker_on(path: str | Path) -> Worker | None:
+    """Who is at work on an output; None where there is no lock, `UserError` if it is none."""
+    lease = _lease(path)
+    try:
+        status, owner = os.lstat(lease.lock_file), lease.owner
+    except FileNotFoundError:
+        return None
+    if owner is None:
+        if status.st_size > 0 and os.path.lexists(lease.lock_file):
+            raise UserError(
+                f"{lease.lock_file}: not a lock of this program, which would put one there; move "
+                "it away"
+            )
+        return None  # only just made, or just removed
+    alive = time.time() - status.st_mtime < SILENCE
+    if owner.hostname == socket.gethostname():
+        alive = alive and os.path.exists(f"/proc/{owner.pid}")
+    report: dict[str, Any] = {}
+    with suppress(OSError, ValueError):
+        report = dict(json.loads(_sidecar(path, ".progress").read_text()))
+    return Worker(owner.pid, owner.hostname, alive, report)
+
+
+class Progress:
+    """Callable with the number of steps done out of a ``total``; a context manager.
+
+    ``bar``: whether to show one; if not given, at a terminal and in a notebook, elsewhere lines.
+    """
+
+    def __init__(
+        self, total: int, label: str, bar: bool | None = None, lock: Lock | None = None,
+        doing: str = "run",
+    ) -> None:  # fmt: skip
+        self._total, self._label, self._lock, self._doing = total, label, lock, doing
+        # A program without a terminal, or a script, may have none, or have closed it.
+        self._silent = bar is False or sys.stderr is None or getattr(sys.stderr, "closed", False)
+        self._bar = None
+        notebook = "ipykernel" in sys.modules
+        if total and not self._silent and (bar or notebook or sys.stderr.isatty()):
+            with warnings.catch_warnings():  # that bars in notebooks are an experiment
+                warnings.simplefilter("ignore")
+                from tqdm.auto import tqdm  # which hundreds of jobs without a terminal do not need
+
+                self._bar = tqdm(total=total, desc=label, unit="step", dynamic_ncols=True)
+        self._last = time.monotonic()
+        self._marks: deque[tuple[float, int]] = deque(maxlen=REMEMBERED)
+
+    def __call__(self, done: int) -> None:
+        now = time.monotonic()
+        if self._bar is not None:
+            self._bar.update(done - self._bar.n)
+        elif not self._silent and now - self._last >= LINE_EVERY:
+            self._last = now
+            text = f"{self._label}: step {done} of {self._total} ({done / self._total:.0%})"
+            with suppress(OSError):  # nobody reads it any more
+                print(text, file=sys.stderr)
+        early = self._marks and now - self._marks[-1][0] < REPORT_EVERY and done < self._total
+        if self._lock is not None and not early:
+            before, first = self._marks[0] if self._marks else (now, done)
+            self._marks.append((now, done))
+            rate = (done - first) / (now - before) if now > before else None
+            report = {"doing": self._doing, "step": done, "steps": self._total, "rate": rate}
+            self._lock.report(report | {"time": time.time()})
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        if self._bar is not None:
+            self._bar.close()

@@ -32,7 +32,7 @@ from dpd.errors import LostRun, Stopped, UserError
 from dpd.files import remove_drafts, unfinished
 from dpd.jit import COMPILING
 from dpd.observe.common.measured import observables
-from dpd.runs.lock import Progress, alone
+from dpd.runs import Progress, alone
 from dpd.runs.result import (
     Final,
     checkpoint_path,
@@ -115,7 +115,7 @@ def run(
 
     Without a ``start`` the first configuration is made; for a run of one's own it is made there if
     there is none. The result is a summary, see `dpd.runs.result.summary`. Raises `UserError` if
-    it cannot be, see `dpd.runs.lock.alone` and `simulate`, or would replace something unasked;
+    it cannot be, see `dpd.runs.alone` and `simulate`, or would replace something unasked;
     `Stopped` if a signal asked for it.
     """
     inputs = [start] if start else []
