@@ -12,6 +12,7 @@ import os
 import signal
 import socket
 import sys
+import threading
 import time
 import warnings
 from collections import deque
@@ -138,14 +139,22 @@ def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wa
 
 
 def _acquire(lease):
-    """Take it now; a signal waits until it is known to be ours, and so leaves no lock."""
-    signals = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    former = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    """Take it now; a signal waits until it is known to be ours, and so leaves no lock.
+
+    It may arrive in any thread, but Python handles it in the main one.
+    """
+    caught, former = [], {}
+    if threading.current_thread() is threading.main_thread():
+        signals = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        former = {each: signal.signal(each, lambda *got: caught.append(got)) for each in signals}
     try:
         lease.acquire(blocking=False)
         TEMPORARY.add(Path(lease.lock_file))
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, former)
+        for each, handler in former.items():
+            signal.signal(each, handler)
+        for number, _ in caught:
+            signal.raise_signal(number)
 
 
 def worker_on(path: str | Path) -> Worker | None:
