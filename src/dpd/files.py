@@ -89,7 +89,7 @@ def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path
     """
     path = Path(path)
     name = os.path.abspath(path)
-    if "\\" in name or not name.isprintable():
+    if "\\" in name or name.encode(errors="ignore").decode() != name:
         raise UserError(f"{str(path)!r}: the NetCDF library opens no such name; choose another one")
     if os.path.exists(path) and not os.path.isfile(path):
         raise UserError(f"{path}: is no file, as a folder or a device; name the file to write")

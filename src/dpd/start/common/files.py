@@ -86,7 +86,7 @@ def read_start(scene: Scene, path: str | Path) -> State:
         )
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
     try:
-        if not np.isfinite([variables["position"], variables["velocity"]]).all():
+        if not all(np.isfinite(variables[each]).all() for each in ("position", "velocity")):
             raise UserError(f"{path}: has places or velocities that are no numbers; {REMEDY}")
         return State(
             variables["position"], variables["velocity"], None,
