@@ -404,6 +404,11 @@ def test_a_thin_box_is_two_dimensions(tmp_path):
 WRONG = {
     "no atoms": ("3 atoms\n", "", "there is no line 'atoms' in the header"),
     "header": ("3 atoms", "3 particles", "line 3: '3 particles' is not known in a header"),
+    "two boxes": (
+        "0.5 4.5 ylo",
+        "5 0 0 avec\n0 5 0 bvec\n0 0 5 cvec\n0.5 4.5 ylo",
+        "avec, and one by xlo xhi",
+    ),
     "no right angle": ("0.5 4.5 ylo yhi", "5 1 0 avec", "avec, bvec and cvec .*not along x, y"),
     "tilted": ("-2.2e-14 0.0", "0.5 1", "tilt factors 0.125, 0.25, 0; allowed: one"),
     "thin": ("-2.0 2.0 zlo", "-2.0 -0.5 zlo", "1.5 thick along z"),

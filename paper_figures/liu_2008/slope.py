@@ -28,7 +28,7 @@ LEVEL = 0.03  # share of its middle within which g_i / t^(8/15) is called level
 STRETCHES = {
     "level": (SEMENOV_JOHNER, False), "beyond": (SEMENOV_JOHNER, True), "rouse": (ROUSE, True),
 }  # fmt: skip
-# Fields of dpd.analysis.diffusion.Plateau.
+# Fields of `Plateau`.
 LEVEL_UNITS = {
     "first": "tau", "last": "tau", "decades": "1", "error": "1", "low": "r_c^2", "high": "r_c^2",
 }  # fmt: skip

@@ -191,9 +191,11 @@ def _taken_apart(path):
                 "the edges avec, bvec and cvec of its box are not along x, y and z; write it with "
                 "write_data without triclinic/general"
             )
+        if twice := data.header.keys() & {"xlo xhi", "ylo yhi", "zlo zhi"}:
+            data.refuse(f"the header has a box by avec, and one by {min(twice)}; keep one of them")
         low = np.array(data.header.get("abc origin", [0.0] * 3))
         for axis, ends in zip("xyz", np.transpose([low, low + np.diag(vectors)])):
-            data.header.setdefault(f"{axis}lo {axis}hi", list(ends))
+            data.header[f"{axis}lo {axis}hi"] = list(ends)
     for name in ("atoms", "xlo xhi", "ylo yhi"):
         if name not in data.header:
             data.refuse(
