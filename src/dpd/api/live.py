@@ -15,14 +15,14 @@ import numpy as np
 from dpd import files
 from dpd.api.runs import as_scene, keyboard_interrupt, load, plain, refuse_more_files, warn
 from dpd.engine import simulation as engine
-from dpd.engine.loop import counts_from, run
+from dpd.engine.loop import arrays_of, counts_from, run
 from dpd.errors import LostRun, UserError, suggestion
 from dpd.observe.common.bins import ThermalMotion
 from dpd.observe.common.measured import EVERY, observables
 from dpd.observe.common.snapshot import snapshot_of
 from dpd.runs import Progress
 from dpd.runs.auto import settle
-from dpd.runs.result import final_of, gathered, go_on_from
+from dpd.runs.result import go_on_from, write_result
 from dpd.runs.run import Options, stop_on, whole
 from dpd.scene.scene import Scene, enter
 from dpd.start.common.files import begin
@@ -193,10 +193,8 @@ class Simulation:
             "seconds": self._seconds,
             "bead_steps_per_second": scene.beads * self.step / max(self._seconds, 1e-9),
         }
-        variables, _, attributes = gathered(scene, self._engine, observers, timed)
-        final = final_of(scene, self._engine.state, observers)
-        files.write(path, variables | final.variables, attributes | final.attributes, final.groups)
-        warn(attributes.get("warning", ""))
+        for sentence in write_result(path, scene, self._engine, observers, timed).warnings:
+            warn(sentence)
 
     def _so_far(self):
         """The scene that is as long as this has run, with the observables that have looked."""
@@ -223,15 +221,16 @@ class Simulation:
 
     def _watching(self, scene, former=()):
         """The observables of a scene, where others have got to."""
-        found = observables(scene, self._systems[0][1], None, self._engine.state)
-        before = {getattr(each, "key", ""): each for each in former}
+        state = self._engine.state
+        found = observables(scene, self._systems[0][1], None, state)
+        if former:
+            before = {each.key: each for each in former}
+            arrays = arrays_of(state, [before[each.key] for each in found])
+            go_on_from(arrays, found, self._equilibrate)
         for each in found if former else ():
             looked = self.step - counts_from(each, self._equilibrate)
-            was = before[getattr(each, "key", "")]
-            if each.every == looked != was.every:  # the watch over bonds, which looks in the end
+            if each.every == looked and not each.arrays["taken"]:  # that which looks in the end
                 each.sample(self._engine)
-            else:
-                go_on_from(each, was, looked)
         return found
 
     def _enter(self, step, settings):

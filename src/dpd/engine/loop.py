@@ -288,15 +288,27 @@ def arrays_of(state: State, observers: Sequence[Any]) -> dict[str, np.ndarray]:
     return arrays
 
 
-def put_back(stored: Mapping[str, np.ndarray], observers: Sequence[Any]) -> State:
-    """What `arrays_of` took apart: the state; observers are filled with what they had."""
-    for i, observer in enumerate(observers):
-        for name, array in observer.arrays.items():
-            array[...] = stored[f"{i}/{name}"]
-    state: dict[str, Any] = {each.name: stored.get(each.name) for each in fields(State)}
+def put_back(
+    stored: Mapping[str, np.ndarray], observers: Sequence[Any], equilibrate: int = 0
+) -> State:
+    """What `arrays_of` took apart: the state; observers are filled with what they had.
+
+    They may be those of a run planned otherwise: their arrays do not depend on how long that is,
+    but for series and levels of correlations, for which a longer one has more room, and a shorter
+    one enough. One that looks less often there, and not yet, begins anew.
+    """
+    found: dict[str, Any] = {each.name: stored.get(each.name) for each in fields(State)}
     for name, plain in (("step", int), ("slid", int), ("box", lambda box: tuple(map(float, box)))):
-        state[name] = None if state[name] is None else plain(state[name])
-    return State(**state)
+        found[name] = None if found[name] is None else plain(found[name])
+    state = State(**found)
+    for i, observer in enumerate(observers):
+        if state.step - counts_from(observer, equilibrate) < observer.every:
+            continue
+        for name, array in observer.arrays.items():
+            kept = stored[f"{i}/{name}"]
+            room = min(len(array), len(kept))
+            array[:room] = kept[:room]
+    return state
 
 
 def checksum_of(arrays: Mapping[str, np.ndarray]) -> str:

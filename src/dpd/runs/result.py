@@ -18,15 +18,13 @@ import numpy as np
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error, trend
-from dpd.engine.loop import arrays_of, file_of, put_back, stored_in
+from dpd.engine.loop import arrays_of, counts_from, file_of, put_back, stored_in
 from dpd.errors import Occupied, UserError
-from dpd.observe.common.measured import observables
 from dpd.page import Change
 from dpd.particles.netcdf import attributes_of, variables_of
 from dpd.particles.particles import Particles, box_at, of_scene
 from dpd.scene.scene import Scene
 from dpd.sources import run_sources
-from dpd.start.common.make import system_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -39,20 +37,13 @@ STATE = "state"  # name of the group
 NO_STATE = "not_extendable"  # attribute that says why there is no such group
 
 
-class Final(NamedTuple):
-    """What `dpd.files.write` takes."""
-
-    variables: dict[str, tuple]
-    attributes: dict[str, Any]
-    groups: dict[str, dict[str, np.ndarray]]
-
-
 class Former(NamedTuple):
-    """A finished run that a longer one can go on from; its observables have all they had."""
+    """A finished run that a longer one can go on from; ``arrays`` are those of a checkpoint."""
 
+    path: Path
     scene: Scene
     state: State
-    observers: list[Any]
+    arrays: dict[str, np.ndarray]
     attributes: dict[str, Any]
 
 
@@ -62,42 +53,11 @@ def checkpoint_path(path: str | Path) -> Path:
     return path.with_name(path.stem + ".checkpoint")
 
 
-def go_on_from(observer: Any, former: Any, step: int) -> None:
-    """Put an observable where ``former``, that of a run planned otherwise, has got to at a step.
-
-    Its arrays do not depend on how long a run is planned to be, but for series and levels of
-    correlations, for which a longer one has more room, and a shorter one enough. One that looks
-    less often in the longer run, and not yet, begins anew; it is refused if it would have looked.
-    """
-    if observer.every != former.every:
-        if observer.every <= step:
-            raise UserError(
-                f"observe.{observer.key}: in a run of that length it looks every {observer.every} "
-                f"steps, and has looked every {former.every}; run the longer scene anew"
-            )
-        return
-    if (file := file_of(observer)) is not None:
-        file.go_on_after(former.file.path, int(former.arrays["taken"][0]), former.arrays["digests"])
-    for name, array in observer.arrays.items():
-        room = min(len(array), len(former.arrays[name]))
-        array[:room] = former.arrays[name][:room]
-
-
 def last_configuration(scene: Scene, state: State) -> Particles:
     """The beads of a state, by their identities."""
     box = box_at(scene, state.step, state.slid) if state.box is None else state.box
     position, velocity = (state.by_identity(each) for each in (state.position, state.velocity))
     return of_scene(scene, box, position, state.image, velocity, state.step)
-
-
-def final_of(scene: Scene, state: State, observers: list[Any], why_not: str = "") -> Final:
-    """What a run keeps at its end; ``why_not`` says why no longer run can go on from it."""
-    last = last_configuration(scene, state)
-    attributes = attributes_of(last)
-    if why_not:
-        return Final(variables_of(last), attributes | {NO_STATE: why_not}, {})
-    arrays = {name.replace("/", "."): each for name, each in arrays_of(state, observers).items()}
-    return Final(variables_of(last), attributes, {STATE: arrays})
 
 
 def read_former(path: str | Path) -> Former:
@@ -112,18 +72,43 @@ def read_former(path: str | Path) -> Former:
         )
         raise UserError(f"{path}: {why}")
     arrays = {name.replace(".", "/"): array for name, array in stored.items()}
+    if attributes["scene_digest"] != scene.digest or "position" not in arrays:
+        raise _of_another_version(path)  # a default has changed
+    return Former(Path(path), scene, put_back(arrays, ()), arrays, attributes)
+
+
+def go_on_from(arrays: Mapping[str, np.ndarray], observers: list[Any], equilibrate: int) -> None:
+    """Put observables where those of a run planned otherwise have got to, by `arrays_of`.
+
+    One that would look now for the first time has yet to.
+    """
+    step = put_back(arrays, observers, equilibrate).step
+    for each in observers:
+        looks, taken = (step - counts_from(each, equilibrate)) // each.every, each.arrays["taken"]
+        if max(looks, 1) != max(taken, 1):
+            raise UserError(
+                f"observe.{each.key}: in a run of that length it looks every {each.every} steps, "
+                f"and has looked {taken[0]} times by step {step}; run the longer scene anew"
+            )
+
+
+def go_on_after(former: Former, observers: list[Any]) -> None:
+    """The same for a run that goes on from a finished one, with the files beside that."""
     try:
-        if attributes["scene_digest"] != scene.digest or "position" not in arrays:
-            raise ValueError
-        state = put_back(arrays, ())
-        observers = list(observables(scene, system_of(scene), path, state))
-        put_back(arrays, observers)
-    except (KeyError, ValueError):  # a default has changed, or what is kept
-        raise UserError(
-            f"{path}: made by another version of this program, which alone can make it longer; a "
-            f"new run can begin with its last configuration: --start {path}"
-        ) from None
-    return Former(scene, state, observers, attributes)
+        go_on_from(former.arrays, observers, former.scene.steps.equilibrate)
+    except (KeyError, ValueError):  # what is kept has changed
+        raise _of_another_version(former.path) from None
+    sidecars = former.scene.files_beside(former.path)
+    for each in filter(file_of, observers):
+        taken, digests = int(each.arrays["taken"][0]), each.arrays["digests"]
+        file_of(each).go_on_after(sidecars[each.key], taken, digests)
+
+
+def _of_another_version(path):
+    return UserError(
+        f"{path}: made by another version of this program, which alone can make it longer; a new "
+        f"run can begin with its last configuration: --start {path}"
+    )
 
 
 def refuse_other(path: str | Path, attributes: Mapping[str, Any]) -> None:
@@ -237,22 +222,49 @@ FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
 DRIFT = 0.01  # of a bead's thermal velocity, from which on a start drifts
 
 
-class Gathered(NamedTuple):
-    """What a run has measured: variables for its file, their values by name, and attributes."""
+class Written(NamedTuple):
+    """What a run has measured: values of its variables, attributes, and what is to be warned of."""
 
-    variables: dict[str, Variable]
     values: dict[str, np.ndarray]
     attributes: dict[str, Any]
+    warnings: list[str]
 
 
-def gathered(
-    scene: Scene, simulation: Simulation, observers: list[Any], timed: Mapping[str, Any]
-) -> Gathered:
-    """All that a run has measured in the end; ``timed`` attributes say how it went."""
+def write_result(
+    path: Path, scene: Scene, simulation: Simulation, observers: list[Any],
+    timed: Mapping[str, Any], keeps: bool = True, save: Callable[[], str] | None = None,
+) -> Written:  # fmt: skip
+    """Finish the files beside a result, and write that last, which says that all is there.
+
+    ``timed`` attributes say how the run went. Until then a kill costs no trajectory, and after it
+    none makes a second extension: for that ``save`` keeps the state at the end. A result that
+    ``keeps`` it has the last configuration, and its state for longer runs.
+    """
     variables: dict[str, Variable] = {}
     for observer in observers:
         variables |= observer.variables()
     values = {name: np.asarray(variable[1]) for name, variable in variables.items()}
+    attributes = _attributes(scene, simulation, values, timed)
+    warnings, groups = [attributes.get("warning", "")], {}
+    own = list(filter(file_of, observers))
+    if save and (own or "extended_from_step" in attributes):
+        warnings.append(save())
+    for observer in own:
+        taken, digests = observer.arrays["taken"], observer.arrays["digests"]
+        warnings.append(file_of(observer).finish(int(taken[0]), digests, path))
+        attributes |= {NO_STATE: warnings[-1]} if warnings[-1] and keeps else {}
+    found = _with_means(variables)
+    if keeps:
+        last = last_configuration(scene, simulation.state)
+        found, attributes = found | variables_of(last), attributes | attributes_of(last)
+        if NO_STATE not in attributes:
+            arrays = arrays_of(simulation.state, observers)
+            groups = {STATE: {name.replace("/", "."): each for name, each in arrays.items()}}
+    files.write(path, found, attributes, groups)
+    return Written(values, attributes, warnings)
+
+
+def _attributes(scene, simulation, values, timed):
     density = scene.density
     if Change.STRETCHES in scene.made:  # the mean over the samples of a volume, which changes
         volume = values.get("volume", np.array([simulation.volume]))
@@ -272,7 +284,7 @@ def gathered(
         attributes["chosen"] = scene.chosen["said"]
     if warning := warning_of(scene, values):
         attributes["warning"] = warning
-    return Gathered(_with_means(variables), values, attributes)
+    return attributes
 
 
 def _with_means(variables):

@@ -13,19 +13,12 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd import files
-from dpd.engine.loop import (
-    Checkpoint,
-    arrays_of,
-    counts_from,
-    file_of,
-    refuse_other_file,
-    stored_in,
-)
+from dpd.engine.loop import Checkpoint, arrays_of, refuse_other_file, stored_in
 from dpd.engine.loop import run as run_steps
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
@@ -34,11 +27,9 @@ from dpd.jit import COMPILING
 from dpd.observe.common.measured import observables
 from dpd.runs import Progress, alone
 from dpd.runs.result import (
-    Final,
+    Former,
     checkpoint_path,
-    final_of,
-    gathered,
-    go_on_from,
+    go_on_after,
     is_made,
     read_former,
     refuse_other,
@@ -47,6 +38,7 @@ from dpd.runs.result import (
     result_there,
     scene_of,
     summary,
+    write_result,
 )
 from dpd.scene.scene import Scene
 from dpd.sources import run_sources
@@ -176,9 +168,8 @@ def extend(
         shown = options.progress(sum(scene.steps), f"{run}: longer", lock=lock)
         with stop_on(options.signals) as stopping, shown as progress:
             progress(step)  # so that the lock says how long it is to become
-            return simulate(
-                scene, output, former.state, options, progress, stopping, begun, former.observers
-            )
+            begin = former.state
+            return simulate(scene, output, begin, options, progress, stopping, begun, former)
 
 
 def longer(scene: Scene, sample: int) -> Scene:
@@ -287,22 +278,21 @@ def simulate(
     progress: Callable[[int], object] | None = None,
     stopping: Callable[[], int] | None = None,
     begun: float | None = None,
-    former: Sequence[Any] = (),
+    former: Former | None = None,
 ) -> dict[str, float]:
     """Run a scene from a first configuration and write what it observed, in the end and whole.
 
-    The ``state`` is a start or the end of a shorter run, and then the observables of that are
-    ``former``; for ``progress`` and ``stopping`` see `dpd.engine.loop.run`. ``begun`` is when the
-    work began, as `time.perf_counter` has it. Raises `UserError` if there is no room for checkpoint
-    and result, or if the run blows up or is stopped; the last checkpoint stays.
+    The ``state`` is a start or the end of a shorter run, which is ``former`` then; for ``progress``
+    and ``stopping`` see `dpd.engine.loop.run`. ``begun`` is when the work began, as
+    `time.perf_counter` has it. Raises `UserError` if there is no room for checkpoint and result, or
+    if the run blows up or is stopped; the last checkpoint stays.
     """
     begun = time.perf_counter() if begun is None else begun
     systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
     simulation = Simulation(systems[0][1], state, options.threads)
     observers = observables(scene, systems[0][1], path, state)
-    for observer, its_former in zip(observers, former):
-        looked = state.step - counts_from(observer, scene.steps.equilibrate)
-        go_on_from(observer, its_former, looked)
+    if former:
+        go_on_after(former, observers)
     keeper = _keeper(scene, path, options)
     size = sum(
         np.asarray(array).nbytes for array in arrays_of(simulation.state, observers).values()
@@ -329,19 +319,19 @@ def simulate(
     }
     if former:
         timed["extended_from_step"] = state.step
-    measured, kept = gathered(scene, simulation, observers, timed), keeper if lost < 0 else None
     keeps = scene.data.get("keep_state", options.own) and lost < 0
+    save = partial(keeper.save, simulation, observers) if keeper and lost < 0 else None
     try:
-        said = _write(path, scene, simulation, observers, measured, kept, keeps)
+        found = write_result(Path(path), scene, simulation, observers, timed, keeps, save)
     except UserError as problem:
-        if kept and (unsaved := kept.save(simulation, observers)):
+        if save and (unsaved := save()):
             problem = UserError(f"{problem}; {unsaved}")
         raise _with_place(problem, scene, keeper) from None
     if keeper:
         keeper.discard()
-    for sentence in filter(None, said):
+    for sentence in filter(None, found.warnings):
         options.say(sentence)  # now: where warnings are errors, it raises
-    return summary(scene, measured.values, measured.attributes)
+    return summary(scene, found.values, found.attributes)
 
 
 def _keeper(scene, path, options):
@@ -352,28 +342,6 @@ def _keeper(scene, path, options):
     key = {"scene": scene.digest, "sources": run_sources(scene), "kept": keeps}
     note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
     return Checkpoint(checkpoint_path(path), key, note)
-
-
-def _write(path, scene, simulation, observers, measured, keeper, keeps):
-    """Finish the files beside the result, write that last, and return what is to be warned of.
-
-    The result says that all is there. Until then a kill costs no trajectory, and after it none
-    makes a second extension: for that the state at the end is kept.
-    """
-    said, lost_frames = [measured.attributes.get("warning", "")], ""
-    own = [observer for observer in observers if file_of(observer)]
-    if keeper and (own or "extended_from_step" in measured.attributes):
-        said.append(keeper.save(simulation, observers))
-    for observer in own:
-        taken, digests = observer.arrays["taken"], observer.arrays["digests"]
-        lost_frames = file_of(observer).finish(int(taken[0]), digests, Path(path))
-        said.append(lost_frames)
-    final = Final({}, {}, {})
-    if keeps:
-        final = final_of(scene, simulation.state, observers, lost_frames)
-    variables = measured.variables | final.variables
-    files.write(path, variables, measured.attributes | final.attributes, final.groups)
-    return said
 
 
 def _with_place(problem, scene, keeper):
