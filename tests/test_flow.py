@@ -12,12 +12,12 @@ import xarray as xr
 import dpd
 from dpd.analysis.statistics import mean_and_error
 from dpd.analysis.viscosity import (
-    channel_flow,
     shear_components,
     viscosity_of_fluctuations,
     viscosity_of_two_flows,
 )
 from dpd.scene.scene import Scene
+from paper_figures.cerius2_1998.channel import channel_flow
 from paper_figures.groot_warren_1997.shared import noise_ratio
 from paper_figures.groot_warren_1997.spreading import diffusion_of_labels
 from paper_figures.groot_warren_1997.transport_theory import (

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.analysis.structure import Strengths, phase_of, strengths_of
 from dpd.engine.queries.pairs import density_waves
 from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped
@@ -18,6 +17,7 @@ from dpd.observe.density_field import grid_shape
 from dpd.observe.structure_factor import wave_numbers
 from dpd.scene.scene import Scene
 from dpd.start.common.make import system_of
+from paper_figures.cerius2_1998.phases import Strengths, phase_of, strengths_of
 
 LOOKS = 40
 

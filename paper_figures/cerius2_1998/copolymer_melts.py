@@ -7,9 +7,9 @@ from matplotlib import pyplot as plt
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.published import shown_by
-from dpd.analysis.structure import CYLINDERS, LAMELLAE, phase_of, strengths_of
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, DOUBLE, RED
+from paper_figures.cerius2_1998.phases import CYLINDERS, LAMELLAE, phase_of, strengths_of
 from paper_figures.cerius2_1998.shared import draw_isodensity
 
 SLOPE = shown_by(__file__)["chi_slope_chains"].value

@@ -8,12 +8,12 @@ from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.analysis.viscosity import Measured as Viscosity
 from dpd.analysis.viscosity import (
-    channel_flow,
     viscosities,
     viscosity_of_fluctuations,
     viscosity_of_two_flows,
 )
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels, points
+from paper_figures.cerius2_1998.channel import channel_flow
 from paper_figures.cerius2_1998.shared import profile_and_errors
 
 COLORS = (ORANGE, GREEN, PURPLE)

@@ -8,13 +8,13 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.interfaces import slab_tension
 from dpd.analysis.statistics import over_replicas
+from paper_figures.groot_warren_1997.slab_tension import slab_tension
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from dpd.analysis.interfaces import SlabTension
+    from paper_figures.groot_warren_1997.slab_tension import SlabTension
 
 TENSION = "kT / r_c^2"
 VARIABLES = {
@@ -38,9 +38,7 @@ def sweep_tension(sweep: xr.Dataset) -> xr.Dataset:
     ``sweep``: collected runs of two species in slabs, with the observables ``profile`` and
     ``stress_profile``. Where the sweep keeps the series ``pressure_tensor``, the tension is that of
     the tensor of the box, else that of the profile. Result: the names of `VARIABLES` over all axes
-    but ``replica``; ``settled`` is 1 or 0, see
-    `dpd.analysis.interfaces.SlabTension`. Raises `UserError` as
-    `dpd.analysis.interfaces.slab_tension`.
+    but ``replica``; ``settled`` is 1 or 0, see `SlabTension`. Raises `UserError` as `slab_tension`.
     """
     axes = [str(name) for name in sweep.scene.dims if name != "replica"]
     shape = [sweep.sizes[name] for name in axes]

@@ -4,7 +4,6 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.interfaces import slab_tension, tension_of_tensor
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, BLUE, RED, panels, points
@@ -14,6 +13,7 @@ from paper_figures.groot_warren_1997.shared import (
     noise_of_stress,
     put_stress_noise,
 )
+from paper_figures.groot_warren_1997.slab_tension import slab_tension, tension_of_tensor
 from paper_figures.groot_warren_1997.tension_sweeps import one_run, sweep_tension
 
 # The variance that the slope of tanh(2 z / xi) stands for is pi^2 xi^2 / 48.
@@ -75,7 +75,7 @@ def of_figure_6(runs):
     parts = {
         "of_profile": (found.of_profile, tension), "of_tensor": (found.of_tensor, tension),
         "added": (added, tension),
-        "bulk_first": (found.bulks.first, pressure), "bulk_second": (found.bulks.second, pressure),
+        "bulk_first": (found.bulks[0], pressure), "bulk_second": (found.bulks[1], pressure),
     }  # fmt: skip
     for name, ((value, error), units) in parts.items():
         data[name] = ((), value, units)

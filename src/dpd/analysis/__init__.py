@@ -1,8 +1,8 @@
 """What runs and sweeps say, with errors that know about correlation.
 
     ``statistics``: means, jackknife, fits, intervals of counts, degrees of freedom of any error.
-    ``structure``: g(r), closest contact, pressure, phases. ``diffusion``: displacements, D,
-    relaxation of chains. ``interfaces``: slabs, widths, chi, tension. ``viscosity``: also at rest.
+    ``structure``: g(r), closest contact, pressure. ``diffusion``: displacements, D,
+    relaxation of chains. ``interfaces``: slabs, widths, chi. ``viscosity``: also at rest.
     ``collect``: the runs of a sweep on its axes. ``published``, ``verdicts``: printed numbers
     against ours.
 

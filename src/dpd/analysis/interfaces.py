@@ -1,17 +1,8 @@
-"""Slabs of A and of B: their interfaces, compositions, chi, and the tension between them.
+"""Slabs of A and of B: their interfaces, compositions and chi.
 
 A slab may move while a run goes on, by some tenths of r_c, and beads of the minority then come
 nearer to a window that stays in place. So positions are found block by block, and densities are
 taken at distances from them.
-
-Across a flat interface the pressure normal to it, p_N, is the same everywhere, and the tangential
-one, p_T, is smaller where the interface is. The tension is what is missing (Groot and Warren 1997,
-Eq. 31; Irving and Kirkwood 1950):
-
-    sigma  =  integral of p_N(z) - p_T(z) over one interface
-           =  L (p_N - p_T) / 2,    p the pressure tensor of a box of length L with two interfaces
-
-Forces are the conservative ones, and p holds the kinetic part.
 """
 
 from __future__ import annotations
@@ -25,9 +16,6 @@ from scipy.optimize import curve_fit, minimize_scalar
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import jackknife, mean_and_error, taped
-from dpd.analysis.viscosity import Measured, measured
-from dpd.errors import UserError
-from dpd.scene.scene import Scene
 
 FARTHEST = 1 / 8  # of the box that an interface may be away from where it began
 WIDTH = 2.0  # r_c, of an interface, to begin a fit
@@ -39,7 +27,6 @@ SHORTEST, LONGEST = 0.1, 1.5  # r_c, the decay lengths between which that of any
 STEADY = 2.0  # standard errors by which the halves of a run may differ
 ENOUGH = 5.0  # independent samples without which an error is a guess
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
-AXES = "xyz"
 
 FOUND = {  # by `sweep_chi`, with units
     "chi": ("1", "chi by Eq. 18"),
@@ -303,125 +290,3 @@ def _chi_of_point(runs):
         "moved": float(max(np.ptp(part.position, axis=0).max() for part in seen)),
         "excess_repulsion": scene.repulsion[a, b] - scene.repulsion[a, a],
     }
-
-
-class Bulks(NamedTuple):
-    """p_N - p_T in the middle of both slabs, in kT / r_c^dimension: 0 in a fluid in equilibrium.
-
-    First that in the lower half. A bulk is what is more than `CLEAR` away from both interfaces,
-    or, in a box that has no such place, a fifth of each slab.
-    """
-
-    first: Measured
-    second: Measured
-
-
-class SlabTension(NamedTuple):
-    """What a run of two slabs says of their interfaces."""
-
-    of_profile: Measured  # tension, in kT / r_c^(dimension - 1)
-    of_tensor: Measured | None  # the same from the pressure tensor of ``thermo``, if measured
-    bulks: Bulks
-    width: Measured  # xi in r_c, see `interface_width`
-    composition: Composition  # of the minority in the bulk
-
-    @property
-    def best(self) -> Measured:
-        """The tension of the pressure tensor if there is one, else that of the profile.
-
-        A sample of the tensor costs less than one of the profile, so it is taken more often.
-        """
-        return self.of_profile if self.of_tensor is None else self.of_tensor
-
-    @property
-    def settled(self) -> bool:
-        """Whether both slabs and their composition stayed.
-
-        Near the critical point slabs dissolve slowly, and their tension is that of no equilibrium.
-        A run that is too short for an error of its composition has not settled either.
-        """
-        return self.composition.steady
-
-
-def slab_tension(run: xr.Dataset) -> SlabTension:
-    """All that a run of two slabs says of their interfaces.
-
-    ``run``: as from `dpd.run` or `dpd.load`, with ``stress_profile`` and ``profile`` along the same
-    axis. Raises `UserError` if one of these is missing, or there are walls, which have a tension of
-    their own, or not two species.
-    """
-    scene = _scene_of(run)
-    if "normal_pressure_profile" not in run:
-        raise UserError("no profile of pressures was measured: observe 'stress_profile'")
-    if "profile" not in scene.observe:
-        raise UserError("the run did not observe 'profile', which says where the interfaces are")
-    across = {scene.axis_of_profile(scene.observe[k].axis) for k in ("profile", "stress_profile")}
-    if len(across) > 1:
-        raise UserError(
-            "'profile' and 'stress_profile' were measured along different axes; give both the "
-            "axis normal to the interfaces"
-        )
-    if len(scene.species) != 2:
-        raise UserError(f"{len(scene.species)} species; where slabs begin and end is known for two")
-    seen = slabs(run.density_profile.values, run.z.values, _length(run.z))
-    missing = run.normal_pressure_profile.values - run.tangential_pressure_profile.values
-    return SlabTension(
-        measured(missing.mean(axis=1) * _length(run.slice) / 2),
-        tension_of_tensor(run) if "pressure_tensor" in run else None,
-        _bulks(missing, run.slice, seen.position.mean(axis=0)),
-        Measured(*interface_width(seen)),
-        composition(seen, scene.volume / run.sizes["z"]),
-    )
-
-
-def tension_of_tensor(run: xr.Dataset, axis: str | None = None) -> Measured:
-    """Tension from the pressure tensor of the box, in kT / r_c^(dimension - 1).
-
-    ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures.
-    ``axis``: normal to the interfaces; if not given, that of the observed ``stress_profile``, or
-    the longest one. Raises `UserError` if there are walls, or no tensor was measured.
-    """
-    scene = _scene_of(run)
-    if "pressure_tensor" not in run:
-        raise UserError(
-            "no pressure tensor was measured: observe 'thermo', without 'pressure: false'"
-        )
-    if axis is None and "stress_profile" in scene.observe:
-        axis = scene.observe["stress_profile"].axis
-    normal = scene.axis_of_profile(axis)
-    diagonal = np.diagonal(run.pressure_tensor.values, axis1=1, axis2=2)
-    tangential = np.delete(diagonal, normal, axis=1).mean(axis=1)
-    return measured(_edge(run, scene, normal) * (diagonal[:, normal] - tangential) / 2)
-
-
-def _scene_of(run):
-    """The scene of a run, which must not have walls."""
-    scene = Scene.of_result(str(run.attrs["scene"]), "run")
-    if scene.ended:
-        raise UserError("the tension of walls would be measured too; take a run without walls")
-    return scene
-
-
-def _length(middles):
-    """Of the box along the slices of a profile, whose middles begin half a slice from 0."""
-    return float(middles[0] + middles[-1])
-
-
-def _bulks(missing, slices, interfaces):
-    place, length = slices.values, _length(slices)
-    first, second = interfaces
-    apart = [np.abs((place - at + length / 2) % length - length / 2) for at in interfaces]
-    clear = np.min(apart, axis=0) >= min(CLEAR, SHARE * length / 4)
-    lower = (place - first) % length < (second - first) % length
-    return Bulks(*(measured(missing[:, clear & side].mean(axis=1)) for side in (lower, ~lower)))
-
-
-def _edge(run, scene, axis):
-    """Edge of the box along an axis: of each sample, where a barostat changes the box."""
-    edge = scene.box[axis]
-    if "volume" not in run:
-        return edge
-    changed, ratio = scene.data["pressure"]["axes"], run.volume.values / scene.volume
-    if changed == "all":
-        return edge * ratio ** (1 / scene.dimension)
-    return edge * ratio if AXES.index(changed) == axis else edge
