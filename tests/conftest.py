@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,33 @@ def command(*arguments, **given):
     return python("-m", "dpd", *arguments, **given)
 
 
+class Command(subprocess.Popen):
+    """A process with this package, which does not outlive its ``with``: that would wait for it."""
+
+    def __init__(self, *words):
+        super().__init__(
+            [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+        )  # fmt: skip
+
+    def __exit__(self, *problem):
+        self.kill()
+        return super().__exit__(*problem)
+
+
+def begin(*arguments):
+    """A command on its way."""
+    return Command("-m", "dpd", *arguments)
+
+
+def wait_for(condition):
+    """Until something holds; kernels may have to be compiled first."""
+    end = time.monotonic() + 300
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
 def pytest_collection_modifyitems(items):
     """Mark what is left to `make thorough`: the smoke study, most cases of tests with many, and
     what is passed without the compiler."""
@@ -80,6 +108,12 @@ def cache(tmp_path_factory):
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     (shared / "cache").mkdir(exist_ok=True)
     return shared / "cache"
+
+
+@pytest.fixture
+def own_cache(tmp_path, monkeypatch):
+    """Nothing is found valid because it was before, and nothing is left in the user's cache."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
 @pytest.fixture

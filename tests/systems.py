@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from dpd.engine.simulation import Simulation
+from dpd.engine.simulation import Simulation, Snapshot
+from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.jit import COMPILES
 from dpd.observe.common.measured import observables
@@ -70,6 +71,20 @@ def make_simulation(system, position, velocity, species=None, identity=None, thr
     return Simulation(system, state, threads)
 
 
+class Killed(BaseException):
+    """What ends a run at once, without any of its clean-up."""
+
+
+def kill_at(last):
+    """Progress that ends a run once it has come to a step."""
+
+    def progress(step):
+        if step >= last:
+            raise Killed
+
+    return progress
+
+
 def begun(data, threads=1):
     """A simulation of a scene at its start, what observes it, and its steps."""
     scene = Scene(data)
@@ -80,6 +95,24 @@ def begun(data, threads=1):
 def values_of(observer):
     """What an observable leaves in a file, without dimensions and units."""
     return {name: variable[1] for name, variable in observer.variables().items()}
+
+
+def look(data, observe, *positions):
+    """What the one observable leaves in a file after looks at beads in these places.
+
+    The beads are put inside the box, and stored in another order at each look.
+    """
+    scene = Scene(data | {"observe": [observe]}, "scene.yaml")
+    system = system_of(scene)
+    observer, *_ = observables(scene, system)
+    for step, position in enumerate(positions):
+        order = np.random.default_rng(step).permutation(scene.beads)
+        species = scene.kinds[order] if len(scene.species) > 1 else None
+        inside, image = wrapped(position, scene.box)  # images are by identity
+        identity, still = order.astype(np.uint32), np.zeros_like(inside)
+        state = State(inside[:, order], still, None, identity, species, step, image=image)
+        observer.sample(Snapshot(system, state))
+    return values_of(observer)
 
 
 def assert_pairs(found):

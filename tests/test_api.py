@@ -5,7 +5,6 @@ import json
 import os
 import re
 import signal
-import subprocess
 import sys
 import time
 from importlib import import_module
@@ -19,12 +18,10 @@ import yaml
 
 import dpd
 from dpd.analysis.statistics import mean_and_error
-from dpd.digest import ROOT
 from dpd.files import read
 from dpd.page import Observable, names
 from dpd.runs import Progress
-from tests.conftest import SCENE, python
-from tests.test_interrupted import Command, wait_for
+from tests.conftest import SCENE, Command, python, wait_for
 
 MODULES = ("dpd.api.live", "dpd.api.runs")
 FLUID = SCENE | {"observe": ["thermo"], "steps": {"equilibrate": 200, "sample": 800}}
@@ -244,10 +241,7 @@ except KeyboardInterrupt:
 
 def test_ctrl_c_stops_a_sweep(folder):
     """Its runs keep their states and end."""
-    with Command(
-        [sys.executable, "-c", SWEPT, json.dumps(LONG)], stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
-    ) as script:  # fmt: skip
+    with Command("-c", SWEPT, json.dumps(LONG)) as script:
         wait_for(lambda: len(list(Path("sweep").rglob("run.nc.lock"))) == 2)
         time.sleep(2)
         script.send_signal(signal.SIGINT)

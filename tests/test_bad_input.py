@@ -9,24 +9,14 @@ import pytest
 from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
 from dpd.page import Observable, Term, names
+from dpd.scene.molecules import MOST_BEADS
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml
+from tests.conftest import SCENE
 
-FLUID = {
-    "dimension": 3,
-    "box": 4,
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    "steps": {"sample": 10},
-}
-
-
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path, monkeypatch):
-    """Nothing is found valid because it was before, and nothing is left in the user's cache."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+FLUID = {key: SCENE[key] for key in SCENE if key != "observe"} | {"steps": {"sample": 10}}
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def refusal(make, *arguments):
@@ -126,6 +116,11 @@ WALLS = {"axis": "z", "repulsion": 25}
 ROUGH = WALLS | {"gamma": 9}
 DRIVEN = {"axis": "x", "strength": 0.1}
 SHEAR = {"shear": {"rate": 0.3}, "box": [4.5, 4, 4]}
+LIQUID = {"repulsion": {"A A": -40}, "many_body": {"repulsion": 25}}
+CHI = {
+    "molecules": [{"architecture": "A", "count": 96}, {"architecture": "B", "count": 96}],
+    "repulsion": {"A A": 25, "B B": 25}, "chi": {"A B": 4},
+}  # fmt: skip
 # The same of pages: what each alone can refuse.
 PAGES = [
     (BLEND | {"thermostat": {"gamma": {"A A": 4.5, "B B": 2}}},
@@ -148,7 +143,35 @@ PAGES = [
      ["pressure.every: 11 steps are longer than the relaxation time; allowed: <= 10"]),
     ({"pressure": {"target": 24}, "observe": ["trace"]},
      ["observe: 'trace' cannot follow a molecule in a box that"]),
+    ({"repulsion": {"A A": -40}},
+     ["repulsion.A A: -40 draws beads onto each other; allowed: >= 0, or any number with"]),
+    (LIQUID | {"pressure": {"target": 1}}, ["pressure.compressibility: the key is missing"]),
+    (LIQUID | {"integrator": {"scheme": "auto"}}, ["schemes were measured without many-body"]),
+    (BLEND | {"observe": [{"clusters": {"of": ["S"]}}]}, ["clusters.of: no molecule has the spe"]),
+    (BLEND | {"observe": [{"clusters": {"of": ["A"], "within": 4}}]},
+     ["clusters.within: 4 is more than half the box; allowed: <= 2"]),
+    (SHEAR | {"observe": [{"clusters": {"of": ["A"]}}]}, ["'clusters' takes the images of"]),
+    (BLEND | {"observe": ["clusters"]}, ["clusters.of: is missing; give species, as [A]"]),
+    (CHI | {"chi": {"A B": 2}}, ["chi.A B: 2 is outside", "allowed: 3 "]),
+    (CHI | {"repulsion": BLEND["repulsion"]}, ["chi.A B: the pair has a repulsion as well"]),
+    (CHI | {"chi": {"A C": 4}}, ["chi.A C: no molecule has the species 'C'; allowed: A, B"]),
+    (CHI | {"repulsion": {"A A": 25, "B B": 26}}, ["the same repulsion for A A and B B"]),
+    (CHI | {"box": [4, 4, 4.5]}, ["chi.A B: no relation", "at density 2.667"]),
+    (CHI | {"dimension": 2}, ["three dimensions"]),
+    (CHI | {"thermostat": {"kT": 2}}, ["25 between like beads", "= 50"]),
 ]  # fmt: skip
+ARCHITECTURES = [
+    ("A (B (C)", ["A >>>(<<<B", "not closed"]),
+    ("A ((B) C)", ["A (>>>(<<<B) C)", "no bead before this branch"]),
+    ("3 A", [">>>3<<< A", "nor a species"]),
+    ("1A B 1A", [">>>1A<<< B 1A", "no rings"]),
+    ("((((A 999) 999) 999) 999) 999", ["((>>>(<<<(A", f"more beads than {MOST_BEADS}"]),
+    ("A " * 100 + "(B 0)", ["A (B >>>0<<<)", "nor a species"]),
+]
+PAGES += [
+    ({"molecules": [{"architecture": text, "count": 1}]}, ["molecules.0.architecture: ", *named])
+    for text, named in ARCHITECTURES
+]
 
 
 @pytest.mark.parametrize(("change", "named"), SCENES + PAGES, ids=lambda part: str(part)[:40])

@@ -6,13 +6,7 @@ from dpd.errors import UserError
 from dpd.pipeline.paper import as_studied, read_paper
 from tests.test_bad_input import FLUID, WRONG, key_of, places, refusal, with_value
 
-
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path, monkeypatch):
-    """Nothing is found valid because it was before, and nothing is left in the user's cache."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-
-
+pytestmark = pytest.mark.usefixtures("own_cache")
 PAPER = {
     "title": "A title",
     "reference": "A journal",

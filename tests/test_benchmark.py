@@ -6,7 +6,14 @@ import xarray as xr
 
 from benchmarks import beside
 from benchmarks.costs import whole_run
-from benchmarks.lammps import TABLE, Lammps, _write_beads, _write_core, installed
+from benchmarks.lammps import (
+    TABLE,
+    Lammps,
+    _write_beads,
+    _write_core,
+    installed,
+    lammps_module,
+)
 from benchmarks.measure import measure
 from benchmarks.systems import workload
 from benchmarks.tension import profiles_known
@@ -14,11 +21,14 @@ from dpd.commands import pipeline
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
 from dpd.errors import UserError
+from dpd.particles.formats import write
 from dpd.pipeline.paper import read_paper
 from dpd.report.figures import load_module, make_figure
 from dpd.report.text import typeset
+from dpd.runs.result import last_configuration
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
+from tests.conftest import SCENE
 from tests.test_pipeline import copy_repository, planned
 
 SYSTEMS = {
@@ -124,6 +134,58 @@ def test_forces_of_trees_are_those_of_lammps(dimension):
     found, _ = other.configuration()
     apart = nearest(found - own.state.by_identity(own.state.position), scene.box)
     assert np.abs(apart).max() < 1e-9
+    other.close()
+
+
+WALLED = SCENE | {
+    "box": [5, 5, 6],
+    "thermostat": {"gamma": 0},
+    "walls": {"axis": "z", "repulsion": 40, "gamma": 1e-18},
+    "body_force": {"axis": "x", "strength": 0.3},
+    "integrator": {"scheme": "gw-vv", "dt": 0.02},
+}
+
+
+def lammps_of(scene, state, folder):
+    """The same system between walls in LAMMPS, ready to run.
+
+    Its ``fix wall/harmonic`` pushes with 2 epsilon (c - d) a particle at the distance d < c from a
+    plane, and does not go on behind it. With epsilon = a_w / 2, the range c = 2 and the plane 1 r_c
+    further out that is our wall, down to 1 r_c behind ours.
+    """
+    path, (low, high) = folder / "beads.data", system_of(scene).walls.place
+    write(last_configuration(scene, state), path)
+    code = lammps_module().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
+    code.commands_list([
+        "units lj", "comm_modify vel yes", "newton on", "atom_style atomic",
+        f"read_data {path}", "pair_style dpd 1.0 1.0 7", "pair_coeff 1 1 25.0 0",
+        "neighbor 0.3 bin", "neigh_modify delay 0 every 1 check yes", "fix move all nve",
+        f"fix walls all wall/harmonic zlo {low - 1} 20 1.0 2.0 zhi {high + 1} 20 1.0 2.0 "
+        "units box pbc yes",
+        "fix body all addforce 0.3 0.0 0.0", "timestep 0.02", "thermo 1000000", "run 0",
+    ])  # fmt: skip
+    return code
+
+
+@pytest.mark.skipif(not installed(), reason="LAMMPS is optional")
+def test_ten_steps_between_walls_without_friction(tmp_path):
+    """Places agree to 1e-9 r_c, and what the walls do to eight digits."""
+    scene = Scene(WALLED)
+    own = Simulation(system_of(scene), make_start(scene))
+    own.advance(100)
+    other = lammps_of(scene, own.state, tmp_path)
+    for steps in (0, 10):
+        if steps:
+            own.advance(steps)
+            other.command(f"run {steps} pre no post no")
+        place = np.array(other.gather_atoms("x", 1, 3)).reshape(-1, 3).T
+        apart = place - own.state.by_identity(own.state.position)
+        edges = np.array(own.system.box)[:, None]
+        assert np.abs(apart - edges * np.round(apart / edges)).max() < 1e-9
+        walls = own.measure().walls
+        assert walls[:, 0].sum() == pytest.approx(other.extract_fix("walls", 0, 0), rel=1e-8)
+        forces = [other.extract_fix("walls", 0, 1, k) for k in (0, 1)]
+        np.testing.assert_allclose(walls[:, 1], np.abs(forces), rtol=1e-8)
     other.close()
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start import start_digest
 from dpd.theory.repulsion import relation_at, unlike_repulsion
 from tests.conftest import command
+from tests.test_species_tables import PLAIN
 
 
 @pytest.mark.parametrize(
@@ -21,15 +21,7 @@ def test_relations_as_printed(density, length, slope):
     assert relation_at(density * 1.015, length) == relation_at(density, length)
 
 
-BLEND = {
-    "dimension": 3,
-    "box": 8,
-    "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
-    "repulsion": {"A A": 25, "B B": 25},
-    "chi": {"A B": 4},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    "steps": {"sample": 20},
-}
+BLEND = PLAIN | {"repulsion": {"A A": 25, "B B": 25}, "chi": {"A B": 4}}
 CHAINS = [{"architecture": "A 5", "density": 1.5}, {"architecture": "B 4 C 2", "density": 1.5}]
 BOND = {"bond": {"stiffness": 2}}
 
@@ -58,27 +50,6 @@ def test_the_shortest_molecule_decides():
     table = {"A A": 25, "W W": 25}
     scene = Scene(BLEND | BOND | {"molecules": water, "repulsion": table, "chi": {"A W": 4}})
     assert scene.repulsion[0, 1] == pytest.approx(25 + 4 / 0.286)
-
-
-BAD = [
-    ({"chi": {"A B": 2}}, "chi.A B: 2 is outside .* allowed: 3 "),
-    ({"repulsion": {"A A": 25, "B B": 25, "B A": 30}}, "chi.A B: the pair has a repulsion as well"),
-    ({"chi": {"A C": 4}}, "chi.A C: no molecule has the species 'C'; allowed: A, B"),
-    ({"repulsion": {"A A": 25, "B B": 26}}, "the same repulsion for A A and B B"),
-    ({"box": [8, 8, 9]}, "chi.A B: no relation .* at density 2.667"),
-    ({"dimension": 2}, "three dimensions"),
-    ({"thermostat": {"kT": 2}}, "25 between like beads .* = 50"),
-]
-
-
-@pytest.mark.parametrize(("change", "message"), BAD)
-def test_bad_chi_is_one_message(change, message):
-    data = BLEND | change
-    if "box" in change:
-        data = data | {"molecules": [{"architecture": k, "count": 768} for k in "AB"]}
-    with pytest.raises(UserError, match=message) as problem:
-        Scene(data, "my.yaml")
-    assert str(problem.value).startswith("my.yaml: ") and "\n" not in str(problem.value)
 
 
 def test_the_command_answers_alone(tmp_path):

@@ -33,14 +33,6 @@ def test_other_values_than_the_scene_has(folder, dpd):
             Scene.read("scene.yaml", settings=[wrong])
 
 
-def test_a_run_that_blows_up_says_when_and_why(folder, dpd):
-    """Step, bead, distance, remedy; exit code 1; no result."""
-    wild = "--set=integrator={scheme: euler, dt: 0.5}"
-    code, said = dpd("run", "scene.yaml", "-o", "run.nc", wild)
-    assert code == 1 and "blew up: bead" in said and "dt 0.5 is too large" in said
-    assert os.listdir() == ["scene.yaml"]
-
-
 def test_misspelt_names_of_stages(folder, dpd):
     """Study, paper, sweep, point, figure: what there is instead."""
     paper = "groot_warren_1997"

@@ -7,7 +7,6 @@ import pytest
 
 import dpd
 from dpd.engine.state import State
-from dpd.errors import UserError
 from dpd.observe.clusters import Clusters
 from dpd.observe.common.snapshot import Snapshot
 from dpd.scene.scene import Scene
@@ -119,20 +118,3 @@ def test_in_a_run():
     assert float(run.cluster_density.sum()) * 64 / run.sizes["block"] == pytest.approx(
         float(run.clusters.mean())
     )
-
-
-@pytest.mark.parametrize(
-    ("scene", "settings", "said"),
-    [
-        (SCENE, {"of": ["S"]}, "observe.clusters.of: no molecule has the species 'S'"),
-        (SCENE, {"within": 4}, "clusters.within: 4 is more than half the box; allowed: <= 3"),
-        (SCENE | {"shear": {"rate": 0.1}}, {}, "'clusters' takes the images of the box to stay"),
-        (MONOMERS, {}, "observe.clusters.of: is missing; give species, as [A]"),
-    ],
-    ids=["species", "within", "shear", "of"],
-)  # fmt: skip
-def test_what_cannot_be_measured_is_refused(scene, settings, said):
-    """In a sentence with the key."""
-    with pytest.raises(UserError) as caught:
-        Scene(scene | {"observe": [{"clusters": settings}]})
-    assert said in str(caught.value)

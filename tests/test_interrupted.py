@@ -18,19 +18,17 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.runs import alone, worker_on
-from tests.conftest import SCENE
+from tests.conftest import SCENE, begin, wait_for
 from tests.test_faults import POINT
 
 LONG = SCENE | {"steps": {"equilibrate": 20, "sample": 10_000_000}}
-ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT / "src")}
 
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
     """A folder with scenes; what tests of one process share is the cache."""
     monkeypatch.chdir(tmp_path)
-    scenes = {"scene": SCENE, "long": LONG}
-    for name, scene in scenes.items():
+    for name, scene in {"scene": SCENE, "long": LONG}.items():
         Path(f"{name}.yaml").write_text(yaml.safe_dump(scene))
     return tmp_path
 
@@ -40,35 +38,11 @@ def made():
     return sorted(name for name in os.listdir() if not name.endswith(".yaml"))
 
 
-class Command(subprocess.Popen):
-    """A process that does not outlive its ``with``, which would wait for it."""
-
-    def __exit__(self, *problem):
-        self.kill()
-        return super().__exit__(*problem)
-
-
-def begin(*arguments):
-    """A command on its way."""
-    return Command(
-        [sys.executable, "-m", "dpd", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        text=True, env=ENVIRONMENT,
-    )  # fmt: skip
-
-
 def dpd(*arguments):
     """Exit code, output and errors of a command."""
     with begin(*arguments) as process:
         output, errors = process.communicate(timeout=200)
     return process.returncode, output, errors
-
-
-def wait_for(condition):
-    """Until something holds, or a minute is over."""
-    end = time.monotonic() + 60
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def at_work(name="run.nc"):
@@ -130,7 +104,8 @@ def test_what_a_killed_run_left_is_taken_over(here):
 def test_a_summary_that_nobody_reads_costs_no_result(here, heard):
     """It is there and whole; the exit code is 0, but for a full disk that lost the summary."""
     command = f"{sys.executable} -m dpd run scene.yaml -o run.nc {heard}; exit ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", command], env=ENVIRONMENT, check=False)
+    source = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    done = subprocess.run(["bash", "-c", command], env=source, check=False)
     assert done.returncode == (heard == ">/dev/full")
     assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 50
 

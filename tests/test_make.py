@@ -4,13 +4,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 import yaml
 
 from dpd.files import read
-from tests.conftest import SCENE
+from tests.conftest import SCENE, wait_for
 from tests.test_pipeline import copy_repository
 
 PAPER = {
@@ -33,14 +32,6 @@ def mine(tmp_path):
     command.chmod(0o755)
     (folder / ".venv" / "ready").touch()
     return folder
-
-
-def wait_for(condition):
-    """Until something holds, or five minutes are over."""
-    end = time.monotonic() + 300
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.05)
 
 
 def resume(folder, *more):

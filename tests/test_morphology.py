@@ -8,16 +8,12 @@ import pytest
 import xarray as xr
 
 from dpd.engine.queries.pairs import density_waves
-from dpd.engine.simulation import Snapshot
-from dpd.engine.space import wrapped
-from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.observe.common.measured import observables
 from dpd.observe.density_field import grid_shape
 from dpd.observe.structure_factor import wave_numbers
 from dpd.scene.scene import Scene
-from dpd.start.common.make import system_of
 from paper_figures.cerius2_1998.phases import Strengths, phase_of, strengths_of
+from tests.systems import look
 
 LOOKS = 40
 
@@ -192,26 +188,6 @@ def places(scene, seed=1):
     return rng.random((scene.dimension, scene.beads)) * np.array(scene.box)[:, None]
 
 
-def state_of(scene, position, step=0):
-    """A state with those positions, put inside the box and stored in some other order."""
-    order = np.random.default_rng(step).permutation(scene.beads)
-    zeros = np.zeros_like(position)
-    species = scene.kinds[order] if len(scene.species) > 1 else None
-    inside, image = wrapped(position, scene.box)
-    identity = order.astype(np.uint32)
-    return State(inside[:, order], zeros, None, identity, species, step, image=image)
-
-
-def look(data, observe, *positions):
-    """Arrays of the file after some looks of the one observable at those positions."""
-    scene = Scene(data | {"observe": [observe]}, "scene.yaml")
-    system = system_of(scene)
-    observer, *_ = observables(scene, system)
-    for step, position in enumerate(positions):
-        observer.sample(Snapshot(system, state_of(scene, position, step)))
-    return scene, {name: found[1] for name, found in observer.variables().items()}
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_a_field_counts_beads_in_cells(name):
     """As numpy.histogramdd does, to single precision; a frame is the mean of its looks."""
@@ -219,7 +195,7 @@ def test_a_field_counts_beads_in_cells(name):
     scene = Scene(data)
     positions = [places(scene, seed) for seed in range(6)]
     settings = {"density_field": {"every": 10, "average": 4, "spacing": 0.9}}
-    _, found = look(data, settings, *positions)
+    found = look(data, settings, *positions)
     shape = grid_shape(scene.box, 0.9)
     assert shape == (7, 6, 5)[: scene.dimension]
     assert found["density_field"].shape == (2, 3, *shape)
@@ -240,7 +216,7 @@ def test_a_field_counts_beads_in_cells(name):
 def test_frames_that_a_lost_run_did_not_come_to_are_empty():
     """NaN, not zero."""
     settings = {"density_field": {"every": 10, "average": 2}}
-    _, found = look(PLANE, settings, places(Scene(PLANE)))
+    found = look(PLANE, settings, places(Scene(PLANE)))
     assert np.isfinite(found["density_field"][0]).all()
     assert np.isnan(found["density_field"][1:]).all() and len(found["density_field"]) == 3
 
@@ -259,7 +235,7 @@ def test_structure_factors_are_those_of_their_definition(name):
     both = np.vstack([numbers, -numbers, np.zeros((1, scene.dimension), int)])
     assert sorted(map(tuple, both)) == sorted(map(tuple, reach[short]))
     position = places(scene)
-    _, found = look(data, {"structure_factor": {"every": 60, "max": 3}}, position)
+    found = look(data, {"structure_factor": {"every": 60, "max": 3}}, position)
     assert list(found["species_pair"]) == ["A A", "A B", "A C", "B B", "B C", "C C"]
     apart = position[:, :, None] - position[:, None]
     along = np.cos(np.einsum("wk,kij->wij", found["wave_vector"], apart))
@@ -290,8 +266,8 @@ def test_mixing_and_energies_are_those_of_all_pairs(name):
     """By brute force, for three species: Warren-Cowley order, and a (1 - r)^2 / 2."""
     scene = Scene(SCENES[name])
     positions = [places(scene, seed) for seed in range(3)]
-    _, mixing = look(SCENES[name], {"mixing": {"every": 20}}, *positions)
-    _, energies = look(SCENES[name], {"pair_energies": {"every": 20}}, *positions)
+    mixing = look(SCENES[name], {"mixing": {"every": 20}}, *positions)
+    energies = look(SCENES[name], {"pair_energies": {"every": 20}}, *positions)
     assert list(mixing["unlike_pair"]) == ["A B", "A C", "B C"]
     assert list(energies["energy_pair"]) == ["A A", "A B", "A C", "B B", "B C", "C C"]
     np.testing.assert_allclose(mixing["mixing_time"], [0.8, 1.6, 2.4])
@@ -317,7 +293,7 @@ def test_diffusion_is_that_from_the_first_sample():
     speed = np.array([0.3, -0.2, 0.1])[scene.kinds]
     first = places(scene)
     positions = [first + np.array([[1.0], [0.5]]) * speed * k for k in range(30)]
-    _, found = look(PLANE, {"diffusion": {"every": 2}}, *positions)
+    found = look(PLANE, {"diffusion": {"every": 2}}, *positions)
     time = 0.08 * np.arange(30)
     np.testing.assert_allclose(found["diffusion_time"], time)
     assert np.isnan(found["diffusion_bead"][0]).all()

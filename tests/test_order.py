@@ -1,14 +1,9 @@
 """Which run of a study begins first, and what jobs ask a cluster for."""
 
-import shutil
-
 import pytest
-import yaml
 
-import dpd.pipeline.paper as module
-from dpd.errors import UserError
 from dpd.pipeline.jobs import RATE, batches, megabytes, minutes, priorities
-from dpd.pipeline.paper import CONFIG, read_paper
+from dpd.pipeline.paper import read_paper
 from dpd.start import start_digest, start_is_shared
 
 
@@ -48,25 +43,6 @@ def test_sweeps_that_come_first(papers):
     assert runs[: len(front)] == sorted(front, key=lambda run: (first.index(run[0]), run[1]))
     rest = [work for _, work in runs[len(front) :]]
     assert rest == sorted(rest, reverse=True)
-
-
-@pytest.mark.parametrize(
-    ("said", "words"),
-    [
-        ("liu_2008.melt", r"first\.0: liu_2008 has no sweep 'melt'.*did you mean 'melts'"),
-        ("liu_2009.melts", r"first\.0: 'liu_2009' is not in .*config/papers"),
-    ],
-)
-def test_refused(tmp_path, monkeypatch, said, words):
-    """A paper or a sweep that is none, with what is allowed."""
-    shutil.copytree(CONFIG, tmp_path / "config")
-    monkeypatch.setattr(module, "CONFIG", tmp_path / "config")
-    config = yaml.safe_load((CONFIG / "config.yaml").read_text())
-    config["studies"]["mine"] = {"description": "mine", "first": [said]}
-    (tmp_path / "config" / "config.yaml").write_text(yaml.safe_dump(config))
-    with pytest.raises(UserError, match=words):
-        for paper in ("liu_2008", "crgw_2019"):
-            read_paper(paper, "mine")
 
 
 DAY = 1440

@@ -20,7 +20,6 @@ from dpd.digest import PACKAGE, ROOT
 from dpd.pipeline.jobs import batches
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.report.text import typeset
-from dpd.sources import kernels_name
 from dpd.start import start_digest, start_is_shared
 from tests.conftest import command, python
 
@@ -131,16 +130,6 @@ def test_sources_are_clean():
         assert done.returncode == 0, done.stdout
 
 
-def test_a_misspelt_study_is_refused(tmp_path):
-    """The message names the studies; no traceback, no results."""
-    folder = copy_repository(tmp_path / "copy")
-    done = snakemake(folder, "--config", "study=smoek")
-    assert done.returncode != 0
-    assert "did you mean 'smoke'" in done.stdout + done.stderr
-    assert "Traceback" not in done.stdout + done.stderr
-    assert not (folder / "results").exists()
-
-
 def assert_drawn(folder, figure):
     """Picture, PDF and plotted numbers with units."""
     assert (folder / f"{figure}.png").read_bytes().startswith(b"\x89PNG")
@@ -229,25 +218,6 @@ def test_edited_comments_rerun_nothing(study):
             edits.enter_context(edited(path, "# edited\n"))
             path.write_text(path.read_text().replace('"""', '"""Edited: ', 1))
         assert planned(study, *SMOKE) == {}
-
-
-@pytest.mark.parametrize(
-    ("page", "key"), [("observe/crossings", "crossings"), ("physics/pressure", "pressure")]
-)
-def test_an_edited_page_reruns_the_scenes_that_name_it(study, page, key):
-    """And what follows; kernels of a term are compiled before; starts, which they share, stay."""
-    with edited(study / "src" / "dpd" / f"{page}.py", "EDITED = 1\n"):
-        jobs = planned(study, *SMOKE)
-    papers = [read_paper(paper, "smoke") for paper in PAPERS]
-    assert jobs["simulate"] == jobs_of(papers, lambda scene: key in scene.data | scene.observe) > 0
-    kernels = {
-        (paper.name, kernels_name(point.scene))
-        for paper in papers
-        for sweep in paper.sweeps.values()
-        for point in sweep.points
-        if key in point.scene.terms
-    }
-    assert jobs.get("compile_kernels", 0) == len(kernels) and "make_start" not in jobs
 
 
 def test_an_edited_plot_reruns_plots(study):

@@ -11,7 +11,6 @@ from dpd.pipeline.paper import read_config, read_paper
 from dpd.scene.scene import Scene
 from dpd.sources import (
     DECIDE_NOTHING,
-    HOMES,
     STAGES,
     figure_sources,
     file_of,
@@ -108,33 +107,6 @@ def test_data_files_and_files_that_are_no_python(tmp_path):
     for name in ("three.py", "four.py"):
         (tmp_path / name).write_text(f"def {name}")
     assert source_of(tmp_path / "three.py").digest != source_of(tmp_path / "four.py").digest
-
-
-def test_imports_of_every_form(tmp_path, monkeypatch):
-    """Modules by name, from packages, in functions, with the packages that hold them."""
-    house = tmp_path / "house"
-    files = {
-        "__init__.py": "",
-        "entry.py": "import house.one, numpy\nfrom house import two\nfrom house.rooms import three",
-        "one.py": "def late():\n    from house.rooms.four import seven",
-        "two.py": "from house.rooms import *",
-        "rooms/__init__.py": "from house.rooms.five import seven",
-        "rooms/three.py": "from house.six import seven",
-        "rooms/four.py": "",
-        "rooms/five.py": "import house.missing",
-        "six.py": "",
-        "unused.py": "",
-    }
-    for name, text in files.items():
-        (house / name).parent.mkdir(parents=True, exist_ok=True)
-        (house / name).write_text(text)
-    monkeypatch.setitem(HOMES, "house", (house,))
-    found = reachable((house / "entry.py",))
-    assert {str(path.relative_to(house)) for path in found} == set(files) - {"unused.py"}
-    without = frozenset({house / "rooms" / "three.py", house / "one.py"})
-    found = reachable((house / "entry.py",), without)
-    left_out = {"unused.py", "rooms/three.py", "six.py", "one.py", "rooms/four.py"}
-    assert {str(path.relative_to(house)) for path in found} == set(files) - left_out
 
 
 IMPORTED = """

@@ -3,26 +3,22 @@
 import numpy as np
 import pytest
 
-from dpd.engine.simulation import Snapshot
-from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.observe.common.measured import Measured
-from dpd.observe.displacement import Displacement
 from dpd.particles.formats import read, write
 from dpd.runs.result import last_configuration
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
+from tests.conftest import SCENE
+from tests.systems import look
 
-BLEND = {
-    "dimension": 3,
+PLAIN = SCENE | {
     "box": 8,
     "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
     "repulsion": {"A A": 25, "B B": 25, "A B": 30},
-    "thermostat": {"gamma": {"A A": 4.5, "B A": 9, "B B": 2}},
-    "mass": {"B": 4},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
     "steps": {"equilibrate": 10, "sample": 20},
+    "observe": ["thermo"],
 }
+BLEND = PLAIN | {"thermostat": {"gamma": {"A A": 4.5, "B A": 9, "B B": 2}}, "mass": {"B": 4}}
 LANGEVIN = {"thermostat": {"kind": "langevin", "gamma": {"A": 4.5, "B": 9}}}
 
 
@@ -86,23 +82,12 @@ def test_a_start_from_beads_of_other_masses_says_so(tmp_path):
 
 def test_displacements_are_those_of_centres_of_mass():
     """A bead of mass 1 moves by 0.8. Its molecule has a mass of 4, all beads have 8."""
-    scene = Scene({
-        "dimension": 2,
-        "box": 10,
+    scene = BLEND | {
         "molecules": [{"architecture": "A B", "count": 1}, {"architecture": "A", "count": 4}],
-        "repulsion": {"A A": 25, "A B": 25, "B B": 25},
-        "bond": {"stiffness": 50},
-        "mass": {"B": 3},
-        "integrator": {"scheme": "gw-vv", "dt": 0.02},
-        "steps": {"sample": 2},
-        "observe": [{"displacement": {"every": 1}}],
-    })  # fmt: skip
-    observer = Measured(Displacement(every=1), scene, system_of(scene))
-    place = np.full((2, 6), 5.0)
-    for _ in range(2):
-        state = State(place.copy(), place, None, np.arange(6, dtype=np.uint32), scene.kinds, 0)
-        observer.sample(Snapshot(system_of(scene), state))
-        place[0, 0] += 0.8
-    found = observer.variables()["msd_centre"][1][0]
+        "bond": {"stiffness": 50}, "mass": {"B": 3}, "steps": {"sample": 2},
+    }  # fmt: skip
+    place, moved = np.full((2, 3, 6), 5.0)
+    moved[0, 0] += 0.8
+    found = look(scene, {"displacement": {"every": 1}}, place, moved)["msd_centre"][0]
     np.testing.assert_allclose(found[0], (0.8 / 4 - 0.8 / 8) ** 2, rtol=1e-12)
     np.testing.assert_allclose(found[1:], (0.8 / 8) ** 2, rtol=1e-12)

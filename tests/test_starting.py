@@ -11,18 +11,11 @@ from dpd.scene.scene import Scene
 from dpd.start import start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start
+from tests.conftest import SCENE
 
-FLUID = {
-    "dimension": 3,
-    "box": 4,
-    "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25},
-    "thermostat": {"kT": 1, "gamma": 4.5, "noise": "uniform"},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    "steps": {"equilibrate": 20, "sample": 180},
-    "start": {"relax": {"steps": 20, "dt": 0.01}},
-}
-
+FLUID = SCENE | {
+    "steps": {"equilibrate": 20, "sample": 180}, "start": {"relax": {"steps": 20, "dt": 0.01}},
+}  # fmt: skip
 MELT = {
     "dimension": 2, "box": 10, "molecules": [{"architecture": "A 10", "density": 2}],
     "bond": {"stiffness": 100, "length": 0.5}, "observe": [{"thermo": {"every": 100}}],

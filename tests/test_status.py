@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import socket
-import time
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -32,8 +31,8 @@ from dpd.pipeline.status import (
     seconds_left,
 )
 from dpd.runs import Progress, worker_on
-from tests.conftest import SCENE
-from tests.test_interrupted import begin, dpd
+from tests.conftest import SCENE, begin, wait_for
+from tests.test_interrupted import dpd
 
 THERMO = {"observe": [{"thermo": {"every": 10}}]}
 LONG = SCENE | {
@@ -88,14 +87,6 @@ def simulate(*options):
     code, output, errors = dpd(*words)
     LOG.write_text(output + errors)
     return code
-
-
-def wait_for(condition):
-    """Until something holds; kernels may have to be compiled first."""
-    end = time.monotonic() + 300
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.1)
 
 
 def reported(path="run.nc"):

@@ -11,14 +11,14 @@ from dpd.engine.simulation import Snapshot
 from dpd.engine.space import TURN, nearest, tilted, unfolded, wrapped
 from dpd.engine.state import State
 from dpd.observe.chains import ends_square, sizes
-from dpd.observe.common.measured import observables
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.particles.particles import whole_images
 from dpd.physics.shear import Shear
-from dpd.scene.molecules import MOST_BEADS, Molecule, tree_of
+from dpd.scene.molecules import Molecule, tree_of
 from dpd.scene.scene import Scene
 from dpd.start import start_description
 from dpd.start.common.make import make_start, system_of
+from tests.systems import look
 from tests.test_bad_input import refusal
 
 
@@ -71,25 +71,6 @@ def test_names_and_blanks():
     assert tree_of(" (W1 c3(Na+)C-3_b 2)1") == (beads, (-1, 0, 1, 1, 3))
     comb = [-1, 0, 1, 2, 3, 2, 5, 6, 7, 8, 2, 10, 11]
     assert tree_of(COMB) == (tuple("AAABBCCCCDAAA"), tuple(comb))
-
-
-@pytest.mark.parametrize(
-    ("architecture", "named"),
-    [
-        ("A (B (C)", ["A >>>(<<<B", "not closed"]),
-        ("A ((B) C)", ["A (>>>(<<<B) C)", "no bead before this branch"]),
-        ("3 A", [">>>3<<< A", "nor a species"]),
-        ("1A B 1A", [">>>1A<<< B 1A", "no rings"]),
-        ("((((A 999) 999) 999) 999) 999", ["((>>>(<<<(A", f"more beads than {MOST_BEADS}"]),
-        ("A " * 100 + "(B 0)", ["A (B >>>0<<<)", "nor a species"]),
-    ],
-)
-def test_what_is_no_molecule(architecture, named):
-    """One message with the key, the place in the text, and the rules."""
-    data = SCENE | {"molecules": [{"architecture": architecture, "count": 1}]}
-    message = refusal(Scene, data, "my.yaml")
-    assert message.startswith("my.yaml: molecules.0.architecture: ") and len(message) < 500
-    assert all(part in message for part in named), message
 
 
 COMB = "A 3 (B 2) (C 4 (D)) A 3"
@@ -230,17 +211,13 @@ def test_sizes_of_a_cross():
 
 def test_distributions_have_the_area_one():
     """Of ends and of bonds; kinds of single beads have none; the share beyond is there."""
-    observe = [
+    scene, found = SCENE | {"bond": PAIRS}, {}
+    still = make_start(Scene(scene)).position
+    for asked in (
         {"end_points": {"every": 1, "range": 3, "bin": 0.07}},
         {"bond_lengths": {"every": 1, "range": 2, "bin": 0.03}},
-    ]
-    scene = Scene(SCENE | {"bond": PAIRS, "observe": observe})
-    system = system_of(scene)
-    still, found = Snapshot(system, make_start(scene)), {}
-    for observer in observables(scene, system)[:2]:
-        for _ in range(scene.steps.sample):
-            observer.sample(still)
-        found |= {name: variable[1] for name, variable in observer.variables().items()}
+    ):
+        found |= look(scene, asked, *[still] * 40)
     area = found["end_density"].sum(axis=2) * 3 / 43 + found["end_beyond"]
     np.testing.assert_allclose(area[:, :3], 1, rtol=1e-12)
     assert np.isnan(area[:, 3]).all() and (found["end_beyond"][:, 0] > 0).all()

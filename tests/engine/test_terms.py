@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from dpd.engine.bonded import angles_of, bonds_of
-from dpd.errors import UserError
 from dpd.physics.bond import BondLaw
 from dpd.physics.common.forces import bond_record, curvature_of_bond
 from dpd.physics.core import Core
@@ -13,7 +12,6 @@ from dpd.physics.many_body import many_body
 from dpd.physics.morse_bond import MorseBonds
 from dpd.physics.repulsion import Soft
 from dpd.scene.molecules import Molecule
-from dpd.scene.scene import Scene
 from tests.engine.cases import (
     DRAWN,
     STAR,
@@ -121,27 +119,6 @@ def test_batches_keep_molecules_with_their_angles_together():
         assert not of_bonds & seen
         seen |= of_bonds
     np.testing.assert_array_equal(angles.law.number, angles.members[:, 2] % 2)
-
-
-LIQUID = {
-    "dimension": 3, "box": [4, 4, 8], "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": -40}, "many_body": {"repulsion": 25},
-    "integrator": {"scheme": "gw-vv", "dt": 0.01}, "steps": {"sample": 20},
-}  # fmt: skip
-NO_LAW = {key: value for key, value in LIQUID.items() if key != "many_body"}
-
-
-@pytest.mark.parametrize(("scene", "said"), [
-    (NO_LAW, "repulsion.A A: -40 draws beads onto each other; allowed: >= 0, or any number with "
-             "'many_body'"),
-    (LIQUID | {"pressure": {"target": 1}}, "pressure.compressibility: the key is missing"),
-    (LIQUID | {"integrator": {"scheme": "auto"}}, "schemes were measured without many-body"),
-])  # fmt: skip
-def test_what_is_refused(scene, said):
-    """In a sentence."""
-    with pytest.raises(UserError) as caught:
-        Scene(scene)
-    assert said in str(caught.value)
 
 
 @pytest.mark.thorough
