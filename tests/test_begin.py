@@ -12,7 +12,7 @@ import yaml
 
 from dpd import files
 from dpd.errors import UserError
-from dpd.particles.formats import read, write
+from dpd.particles import read, write
 from dpd.particles.particles import only
 from dpd.runs.result import last_configuration
 from dpd.runs.run import Options, simulate

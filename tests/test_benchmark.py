@@ -21,7 +21,7 @@ from dpd.commands import pipeline
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
 from dpd.errors import UserError
-from dpd.particles.formats import write
+from dpd.particles import write
 from dpd.pipeline.paper import read_paper
 from dpd.report.figures import load_module, make_figure
 from dpd.report.text import typeset

@@ -13,7 +13,7 @@ from dpd.engine.state import State
 from dpd.errors import UserError
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import displacements, followed
-from dpd.particles.formats import read
+from dpd.particles import read
 from dpd.pipeline.status import look_at
 from dpd.runs.result import pressure_warning
 from dpd.runs.run import Options, simulate

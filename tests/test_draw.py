@@ -16,7 +16,7 @@ from PIL import Image
 
 from dpd import draw
 from dpd.errors import UserError
-from dpd.particles.formats import read, write
+from dpd.particles import read, write
 from dpd.particles.particles import Particles
 from dpd.report.style import BLUE, GREEN, ORANGE
 from tests.conftest import SCENE

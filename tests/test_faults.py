@@ -117,9 +117,9 @@ def test_a_start_that_is_no_good_is_refused(folder, dpd, bad):
     assert dpd("run", "scene.yaml", "--start", "start.nc", "-o", "first.nc")[0] == 0
     with netCDF4.Dataset("start.nc", "a") as file:
         if bad is None:
-            file.renameVariable("position", "other")
+            file["state"].renameVariable("position", "other")
         else:
-            file["position"][0, 0] = bad
+            file["state"]["position"][0, 0] = bad
     before = everything()
     found = dpd("run", "scene.yaml", "--start", "start.nc", "-o", "run.nc")
     assert_refused(found, before, "start")

@@ -12,7 +12,9 @@ import yaml
 import dpd
 from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
-from dpd.files import read
+from dpd.files import attributes
+from dpd.files import read as read_netcdf
+from dpd.particles import read
 from dpd.pipeline.jobs import start_bead_steps
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
@@ -73,11 +75,11 @@ def test_from_the_command_line(folder):
     """The first configuration that a run keeps is that of the page, with thermal velocities."""
     done = command("run", "scene.yaml", "-o", "run.nc", "--page", "line.py", "--start", "start.nc")
     assert done.returncode == 0, done.stderr
-    variables, attributes = read("start.nc")
-    np.testing.assert_allclose(variables["position"], on_a_line(192, 0.05), atol=1e-12)
-    assert np.mean(variables["velocity"] ** 2) == pytest.approx(1, abs=0.3)
-    np.testing.assert_allclose(variables["velocity"].sum(axis=1), 0, atol=1e-10)
-    assert json.loads(attributes["start"])["settings"] == {"step": 0.05}
+    start = read("start.nc")
+    np.testing.assert_allclose(start.position, on_a_line(192, 0.05), atol=1e-12)
+    assert np.mean(start.velocity**2) == pytest.approx(1, abs=0.3)
+    np.testing.assert_allclose(start.velocity.sum(axis=1), 0, atol=1e-10)
+    assert json.loads(attributes("start.nc")["start"])["settings"] == {"step": 0.05}
     assert command("extend", "run.nc", "--sample", 20).returncode == 0
 
 
@@ -168,7 +170,7 @@ def run(house, scene, result):
     without = {"PYTHONPATH": str(house), "NUMBA_DISABLE_JIT": "1"}
     done = command("run", scene, "-o", result, **without)
     assert done.returncode == 0, done.stderr
-    return read(result)[0]
+    return read_netcdf(result)[0]
 
 
 def test_files_dropped_into_the_package_are_its_own(tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from dpd.errors import UserError
-from dpd.particles.formats import read, write
+from dpd.particles import read, write
 from dpd.particles.particles import Particles, checked
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene

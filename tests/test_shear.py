@@ -10,7 +10,7 @@ from dpd.engine.queries.bonds import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import tilted
 from dpd.errors import UserError
-from dpd.particles.formats import read, write
+from dpd.particles import read, write
 from dpd.physics.shear import Shear
 from dpd.runs.run import Options, extend, simulate
 from dpd.scene.scene import Scene

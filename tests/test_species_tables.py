@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dpd.errors import UserError
-from dpd.particles.formats import read, write
+from dpd.particles import read, write
 from dpd.runs.result import last_configuration
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of

@@ -10,7 +10,7 @@ from dpd.engine.space import nearest
 from dpd.engine.state import State, Sums
 from dpd.errors import UserError
 from dpd.observe.common.measured import observables
-from dpd.particles.formats import read, write
+from dpd.particles import read, write
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of

@@ -244,7 +244,7 @@ def convert(options: Namespace) -> None:
     Or the density field of a run.nc into VTK image data (.vti), for ParaView.
     """
     from dpd.files import check_output, refuse_to_replace
-    from dpd.particles.formats import WRITTEN, read, refuse_suffix, write
+    from dpd.particles import WRITTEN, read, refuse_suffix, write
     from dpd.particles.netcdf import IMAGE, read_fields, write_image
     from dpd.particles.particles import frame_number
 

@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd import files
-from dpd.engine.loop import stored_in
+from dpd.engine.loop import put_back, stored_in
 from dpd.errors import UserError
 from dpd.particles.particles import (
-    SLID,
     Particles,
-    box_at,
     box_of_file,
     checked,
+    last_configuration,
     of_scene,
     refusing_damage,
     tilt_factors,
@@ -31,6 +30,7 @@ from dpd.scene.scene import Scene
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+STATE = "state"  # group with all arrays of a state, by which a run goes on to the same bits
 POSITION = "last_position"  # what tells a file with a configuration from one without
 # Of each array: dimensions, units, long_name; in the file it is called last_...
 ARRAYS = {
@@ -97,19 +97,19 @@ def read_netcdf(path: Path) -> Particles:
     """The configuration of a NetCDF file.
 
     That is the last one of a result that keeps it, or what its observable ``configuration`` saw
-    last, without velocities; or a first configuration; or what `dpd.particles.formats.write` made.
+    last, without velocities; or a first configuration; or what `dpd.particles.write` made.
     """
     variables, attributes = files.read(path)
+    if "start_digest" in attributes:
+        if not (stored := files.read_group(path, STATE)):
+            raise UserError(f"{path}: a start of another version of this program; make it again")
+        return _of_state(stored, attributes["scene"], path)
     if POSITION in variables or "position" not in variables or "scene" not in attributes:
         return checked(particles_of(variables, attributes, path), path)
-    scene = Scene.of_result(attributes["scene"], str(path))
-    step = sum(scene.steps) if "scene_digest" in attributes else 0
-    box = box_at(scene, 0, int(attributes.get(SLID, 0)))
-    if "box_tilt" in variables:
-        box = box_of_file(scene.box, variables["box_tilt"], path)
-    if "box_edges" in variables:
-        box = tuple(map(float, variables["box_edges"]))
-    return _of_scene(scene, variables, step, box, path)
+    scene, position = Scene.of_result(attributes["scene"], str(path)), variables["position"]
+    edges = variables.get("box_edges", scene.period)
+    box, image = box_of_file(edges, variables.get("box_tilt", ()), path), np.zeros_like(position)
+    return checked(of_scene(scene, box, position, image, None, sum(scene.steps)), path)
 
 
 def read_checkpoint(path: Path) -> Particles:
@@ -117,24 +117,13 @@ def read_checkpoint(path: Path) -> Particles:
     found = stored_in(path)
     if found is None or "scene" not in found.note:
         raise UserError(f"{path}: no checkpoint of this version, or a damaged one; run again")
-    scene, stored = Scene.of_result(found.note["scene"], str(path)), found.arrays
-    order = np.argsort(stored["identity"])
-    beads = {name: stored[name][:, order] for name in ("position", "velocity")}
-    beads |= {"image": stored["image"]} if "image" in stored else {}
-    step = int(stored["step"])
-    box = box_at(scene, step, int(stored["slid"]) if "slid" in stored else None)
-    if "box" in stored:
-        box = tuple(map(float, stored["box"]))
-    return _of_scene(scene, beads, step, box, path)
+    return _of_state(found.arrays, found.note["scene"], path)
 
 
-def _of_scene(
-    scene: Scene, beads: Mapping[str, Any], step: int, box: tuple[float, ...], path: Path
-) -> Particles:
+def _of_state(arrays, scene, path):
     """Beads in the order of identities, with names and bonds of their scene."""
-    position = beads["position"]
-    image = beads.get("image", np.zeros(position.shape, np.int32))
-    return checked(of_scene(scene, box, position, image, beads.get("velocity"), step), path)
+    state = put_back(arrays, ())
+    return checked(last_configuration(Scene.of_result(scene, str(path)), state), path)
 
 
 class Fields(NamedTuple):

@@ -13,6 +13,7 @@ from dpd.errors import UserError, reason, shown
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from dpd.engine.state import State
     from dpd.physics.shear import Shear
     from dpd.scene.molecules import Molecule
     from dpd.scene.scene import Scene
@@ -24,7 +25,6 @@ LARGEST_STEP = 10**18
 # Tilt factors say how far the second or third vector of a box goes along the first or second axis,
 # over its edge. Here positions stay in the upright box, whose images have slid.
 FACTORS = (0, 1), (0, 2), (1, 2)  # axes of xy, xz and yz
-SLID = "slid"  # attribute of a first configuration whose images have slid
 UPRIGHT = 1e-9  # a tilt factor that is less is rounding: the box has right angles
 
 NO_ANGLES = np.zeros((0, 3), np.uint32)
@@ -102,6 +102,13 @@ def of_scene(
         box, position, image, velocity, scene.kinds, scene.species, scene.bonded, step,
         angles=scene.angled, masses=scene.masses,
     )  # fmt: skip
+
+
+def last_configuration(scene: Scene, state: State) -> Particles:
+    """The beads of a state, by their identities."""
+    box = box_at(scene, state.step, state.slid) if state.box is None else state.box
+    position, velocity = (state.by_identity(each) for each in (state.position, state.velocity))
+    return of_scene(scene, box, position, state.image, velocity, state.step)
 
 
 def frame_number(frame: int, count: int, path: object) -> int:

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from dpd.engine.space import nearest
 from dpd.errors import UserError, shown
 from dpd.files import check_output, replace_whole
-from dpd.particles.formats import read
+from dpd.particles import read
 from dpd.particles.netcdf import fields_of, particles_of, read_fields
 from dpd.particles.particles import Particles, checked, molecules_of
 from dpd.report.draw_fields import AXES, COLUMN, INCH, draw_fields, draw_legend, refuse_unknown
@@ -65,7 +65,7 @@ def draw(
     Parameters
     ----------
     source
-        A file that `dpd.particles.formats.read` knows, as ``run.nc`` or ``run.gsd``; or a
+        A file that `dpd.particles.read` knows, as ``run.nc`` or ``run.gsd``; or a
         configuration; or a run.
     frame
         Of a trajectory or of density fields; several of these stand side by side.

@@ -21,8 +21,8 @@ from dpd.analysis.statistics import mean_and_error, trend
 from dpd.engine.loop import arrays_of, counts_from, file_of, put_back, stored_in
 from dpd.errors import Occupied, UserError
 from dpd.page import Change
-from dpd.particles.netcdf import attributes_of, variables_of
-from dpd.particles.particles import Particles, box_at, of_scene
+from dpd.particles.netcdf import STATE, attributes_of, variables_of
+from dpd.particles.particles import last_configuration
 from dpd.scene.scene import Scene
 from dpd.sources import run_sources
 
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from dpd.engine.state import State
     from dpd.files import Variable
 
-STATE = "state"  # name of the group
 NO_STATE = "not_extendable"  # attribute that says why there is no such group
 
 
@@ -51,13 +50,6 @@ def checkpoint_path(path: str | Path) -> Path:
     """Where the checkpoint of a result lies: beside it, under a name that no rule declares."""
     path = Path(path)
     return path.with_name(path.stem + ".checkpoint")
-
-
-def last_configuration(scene: Scene, state: State) -> Particles:
-    """The beads of a state, by their identities."""
-    box = box_at(scene, state.step, state.slid) if state.box is None else state.box
-    position, velocity = (state.by_identity(each) for each in (state.position, state.velocity))
-    return of_scene(scene, box, position, state.image, velocity, state.step)
 
 
 def read_former(path: str | Path) -> Former:

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd import files
+from dpd.engine.loop import arrays_of, checksum_of, put_back
 from dpd.engine.state import State
 from dpd.errors import UserError, shown
-from dpd.particles.formats import read
+from dpd.particles import read
+from dpd.particles.netcdf import STATE
 from dpd.particles.particles import (
-    SLID,
     UPRIGHT,
     Particles,
     molecules_of,
@@ -55,48 +56,30 @@ def write_start(
     """Make the first configuration of a scene, see `make_start`, and write it."""
     begun = time.perf_counter()
     state = make_start(scene, progress, say)
-    variables: dict[str, tuple[tuple[str, ...], np.ndarray, str, str]] = {
-        "position": (("axis", "bead"), state.position, "r_c", "positions in the box"),
-        "velocity": (("axis", "bead"), state.velocity, "r_c / tau", "velocities"),
-        "image": (("axis", "bead"), state.image, "1", "boxes by which the bead is further"),
-    }
-    if state.species is not None:
-        variables["species"] = (("bead",), state.species, "1", "number of the species")
-    if state.box is not None:
-        variables["box_edges"] = (("axis",), np.array(state.box), "r_c", "edges of the box")
+    arrays = arrays_of(state, ())
     attributes: dict[str, Any] = {
         "scene": json.dumps(scene.data),  # of one of the runs that share the start
         "start": json.dumps(start_description(scene)),
         "start_digest": start_digest(scene),
         "start_sources": start_sources(scene),
+        "checksum": checksum_of(arrays),
         "seconds": time.perf_counter() - begun,
     }
-    if state.slid:
-        attributes[SLID] = str(state.slid)
-    files.write(path, variables, attributes)
+    files.write(path, {}, attributes, {STATE: arrays})
 
 
 def read_start(scene: Scene, path: str | Path) -> State:
     """Read a first configuration; refused if of another scene or other sources, or damaged."""
-    variables, attributes = files.read(path)
+    attributes, arrays = files.attributes(path), files.read_group(path, STATE)
     if (found := attributes.get("start_digest")) != start_digest(scene):
         raise UserError(
             f"{path}: not the first configuration of {scene.where} (start_digest {found}, now "
             f"{start_digest(scene)}); {REMEDY}"
         )
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
-    try:
-        if not all(np.isfinite(variables[each]).all() for each in ("position", "velocity")):
-            raise UserError(f"{path}: has places or velocities that are no numbers; {REMEDY}")
-        return State(
-            variables["position"], variables["velocity"], None,
-            np.arange(scene.beads, dtype=np.uint32), variables.get("species"), 0,
-            slid=int(attributes[SLID]) if SLID in attributes else None,
-            box=tuple(map(float, variables["box_edges"])) if "box_edges" in variables else None,
-            image=variables["image"],
-        )  # fmt: skip
-    except KeyError as missing:
-        raise UserError(f"{path}: has no {missing}; {REMEDY}") from None
+    if attributes.get("checksum") != checksum_of(arrays):
+        raise UserError(f"{path}: is damaged, or was changed after it was made; {REMEDY}")
+    return put_back(arrays, ())
 
 
 def begin(
