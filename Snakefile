@@ -26,12 +26,11 @@ from dpd.errors import UserError
 from dpd.pipeline import jobs
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of, say_at_exit
 from dpd.pipeline.paper import read_paper
-from dpd.pipeline.paper import read_config, read_study
+from dpd.pipeline.paper import read_config
 from dpd.sources import (
     calculation_sources, figure_sources, kernels_name, run_sources,
-    stage_digest, start_sources,
+    stage_digest,
 )
-from dpd.start import start_digest, start_is_shared
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
@@ -48,7 +47,6 @@ configfile: str(ROOT / "config" / "config.yaml")
 try:
     CONFIG = read_config(dict(config))
     STUDY = CONFIG["study"]
-    FIRST = read_study(STUDY).first or ()
     LONGEST = CONFIG["longest_job"]
     PAGE = page_suffix(CONFIG["papers"], read_config()["papers"])
     REPORTED = {name: read_paper(name, STUDY) for name in CONFIG["papers"]}
@@ -114,7 +112,6 @@ rule all:
 
 
 include: "rules/common.smk"
-include: "rules/start.smk"
 include: "rules/simulate.smk"
 include: "rules/analyse.smk"
 include: "rules/figures.smk"

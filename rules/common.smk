@@ -1,4 +1,4 @@
-# What rules look up: the scene of a point, and a point for a start.
+# What rules look up.
 
 
 def only_before(files):
@@ -13,13 +13,11 @@ def only_before(files):
 
 SIMULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.sweeps]
 CALCULATED = [OUT.sweep(paper.name, sweep) for paper in PAPERS.values() for sweep in paper.theory]
-PRIORITY = jobs.priorities(PAPERS, FIRST)
 BATCHES = {
     (name, sweep.name): jobs.batches(sweep, CONFIG["batch"])
     for name, paper in PAPERS.items()
     for sweep in paper.sweeps.values()
 }
-WAITING = {name: jobs.waiting_for_starts(paper) for name, paper in PAPERS.items()}
 
 
 def sweep_of(wildcards):
@@ -30,6 +28,11 @@ def sweep_of(wildcards):
 def batch_of(wildcards):
     """The points whose runs share a job."""
     return BATCHES[wildcards.paper, wildcards.sweep][int(wildcards.batch)]
+
+
+def scenes_of(wildcards):
+    """Their scenes."""
+    return [point.scene for point in batch_of(wildcards)]
 
 
 def results_of_runs(wildcards):
@@ -52,21 +55,19 @@ def remove_old_stamps():
 
 def kernels_of_runs(wildcards):
     """Compiled kernels of runs. They wait for them, but are not made again where they are newer."""
-    kernels = {kernels_name(point.scene) for point in batch_of(wildcards)}
+    kernels = set(map(kernels_name, scenes_of(wildcards)))
     return [ancient(OUT.compiled(wildcards.paper, name)) for name in sorted(kernels)]
-
-
-def kernels_of_start(wildcards):
-    """The same of a first configuration."""
-    _, point = first_with_start(wildcards)
-    kernels = kernels_name(point.scene, of_start=True)
-    return ancient(OUT.compiled(wildcards.paper, kernels))
 
 
 def runs_of_sweep(wildcards):
     """Stamps of all runs of a sweep."""
     paper, sweep = wildcards.paper, wildcards.sweep
     return [OUT.batch(paper, sweep, str(number)) for number in range(len(BATCHES[paper, sweep]))]
+
+
+def longest_first(wildcards):
+    """Priority of runs by their work, so that none is left to the end, where a core would wait."""
+    return 1 + round(max(scene.work for scene in scenes_of(wildcards)) / 1e6)
 
 
 def derived_of(wildcards):
@@ -93,68 +94,6 @@ def planned_digests(wildcards):
     sweep = sweep_of(wildcards)
     points = batch_of(wildcards) if "batch" in wildcards.keys() else sweep.points
     return value_digest([(point.name, sweep.planned_digest(point)) for point in points])
-
-
-def priority_of_runs(wildcards):
-    """See `dpd.pipeline.jobs`."""
-    paper, sweep = wildcards.paper, wildcards.sweep
-    return max(PRIORITY[paper, sweep, point.name] for point in batch_of(wildcards))
-
-
-def priority_of_kernels(wildcards):
-    """Of compilation: more than that of any run of the paper."""
-    return 1 + max((PRIORITY[run] for run in PRIORITY if run[0] == wildcards.paper), default=0)
-
-
-def priority_of_start(wildcards):
-    """Of a start: more than that of any run that waits for it."""
-    paper, waiting = wildcards.paper, WAITING[wildcards.paper][wildcards.start]
-    return 1 + max(PRIORITY[paper, sweep, point.name] for sweep, point in waiting)
-
-
-def job_of(wildcards):
-    """Bead-steps of the runs, or the start, that a job makes, and the beads of the largest."""
-    if "start" in wildcards.keys():
-        scene = first_with_start(wildcards)[1].scene
-        return jobs.start_bead_steps(scene), scene.beads
-    scenes = [point.scene for point in batch_of(wildcards)]
-    return sum(scene.work for scene in scenes), max(scene.beads for scene in scenes)
-
-
-def minutes_of_job(wildcards, attempt):
-    """What it asks a cluster for; no more than config/config.yaml allows."""
-    return jobs.minutes(job_of(wildcards)[0], attempt, LONGEST)
-
-
-def memory_of_job(wildcards, attempt):
-    """The same, in MB."""
-    return jobs.megabytes(job_of(wildcards)[1], attempt)
-
-
-def group_of_runs(wildcards):
-    """Short jobs are submitted together; not those that wait for others, which may be among them."""
-    group = None if sweep_of(wildcards).derived else jobs.group(job_of(wildcards)[0])
-    return f"{group}_runs" if group else None
-
-
-def group_of_start(wildcards):
-    """Short starts are submitted together."""
-    group = jobs.group(job_of(wildcards)[0])
-    return f"{group}_starts" if group else None
-
-
-def start_of_runs(wildcards):
-    """First configuration of runs; no file where they make their own."""
-    scene = batch_of(wildcards)[0].scene
-    return OUT.start(wildcards.paper, start_digest(scene)) if start_is_shared(scene) else []
-
-
-def first_with_start(wildcards):
-    """Sweep and point that a start is made for: the first that needs it."""
-    waiting = WAITING[wildcards.paper].get(wildcards.start)
-    if not waiting:
-        raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
-    return waiting[0]
 
 
 def option(name):

@@ -1,3 +1,21 @@
+# One job for all scenes of a paper in which the same terms of the physics act: what it makes is named
+# after the sources of those, and so an edited term concerns the scenes that have it.
+rule compile_kernels:
+    output:
+        OUT.compiled("{paper}", "{kernels}"),
+    log:
+        OUT.log("{paper}", "compiled", "{kernels}"),
+    params:
+        study=STUDY,
+    priority: 10**9  # before all runs, which wait for it
+    resources:
+        runtime=lambda wildcards, attempt: 20 * attempt,  # half a minute was measured
+        mem_mb=lambda wildcards, attempt: 2000 * attempt,  # 537 were
+    shell:
+        "python -m dpd compile {params.study:q} {wildcards.paper:q} --kernels {wildcards.kernels:q}"
+        " -o {output:q} 2>&1 | tee -i {log:q}"
+
+
 # Short runs of a sweep share a job, one after the other: Python starts, and kernels are read, once.
 # Its output is a stamp: the results lie beside it, one a point, and Snakemake must not delete them
 # before it makes some anew. A run that finds itself made already, of the same scene and sources, stays
@@ -8,7 +26,6 @@
 rule simulate:
     input:
         kernels_of_runs,
-        start=start_of_runs,
         derived=derived_of,
     output:
         touch(OUT.batch("{paper}", "{sweep}", "{batch}")),
@@ -16,20 +33,17 @@ rule simulate:
         OUT.log("{paper}", "runs", "{sweep}", "{batch}"),
     params:
         study=STUDY,
-        sources=lambda wildcards: sorted({run_sources(p.scene) for p in batch_of(wildcards)}),
+        sources=lambda wildcards: sorted(set(map(run_sources, scenes_of(wildcards)))),
         scenes=planned_digests,
         points=lambda wildcards: [point.name for point in batch_of(wildcards)],
         runs=results_of_runs,
-        start=option("start"),
         derived=option("derived"),
-    priority: priority_of_runs
+    priority: longest_first
     threads: 1
     resources:
-        runtime=minutes_of_job,
-        mem_mb=memory_of_job,
-    group:
-        group_of_runs
+        runtime=lambda wildcards, attempt: jobs.minutes(scenes_of(wildcards), attempt, LONGEST),
+        mem_mb=lambda wildcards, attempt: jobs.megabytes(scenes_of(wildcards), attempt),
     shell:
         "python -m dpd simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
-        " {params.points:q} {params.start:q} {params.derived:q} --threads {threads}"
+        " {params.points:q} {params.derived:q} --threads {threads}"
         " -o {params.runs:q} 2>&1 | tee -i {log:q}"

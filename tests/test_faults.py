@@ -72,7 +72,6 @@ BESIDE = {
 STAGES = {
     "run": ("run", "scene.yaml"),
     "simulate": ("simulate", *POINT),
-    "start": ("start", *POINT),
     "collect": ("collect", *POINT[:3], "--runs", "runs"),
     "measure": ("measure", "lammps"),
 }

@@ -61,8 +61,6 @@ def test_names_of_studies_and_papers(config, name):
     assert_one_sentence(lambda: read_config({"papers": [name]}), name)
     assert_one_sentence(lambda: read_study(name), name)
     assert_one_sentence(lambda: read_paper(name, "smoke"), name)
-    add_study(config, "mine", {"description": "mine", "first": [f"{name}.fluid"]})
-    assert_one_sentence(lambda: read_study("mine"), name)
 
 
 def test_sweeps_that_are_none_do_not_come_first(config):

@@ -15,10 +15,9 @@ from dpd.errors import UserError
 from dpd.files import attributes
 from dpd.files import read as read_netcdf
 from dpd.particles import read
-from dpd.pipeline.jobs import start_bead_steps
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
-from dpd.start import start_is_shared
+from dpd.start import start_work
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import compile_start, make_start
 from tests import test_bond_pages, test_own_forces, test_own_pages
@@ -106,13 +105,12 @@ def test_an_edited_page_makes_the_start_again_and_a_comment_does_not(folder):
         read_start(Scene(RELAXED), "start.nc")
 
 
-def test_one_that_takes_long_has_a_job_of_its_own(folder):
-    """And kernels are compiled without it."""
-    assert not start_is_shared(Scene(SCENE))
+def test_kernels_are_compiled_without_one_that_takes_long(folder):
+    """It says so by its `work`."""
+    assert not start_work(Scene(SCENE))
     slow = PAGE.replace("    step:", "    work = 500\n    step:")
     (folder / "line.py").write_text(slow)
-    scene = Scene(SCENE)
-    assert start_is_shared(scene) and start_bead_steps(scene) == 500 * 192
+    assert start_work(Scene(SCENE)) == 192
     (folder / "line.py").write_text(slow.replace("x = rng", "raise ValueError\n        x = rng"))
     compile_start(Scene(SCENE))
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from dpd import files
-from dpd.runs.run import simulate
+from dpd.runs.run import run, simulate
 from dpd.scene.scene import Scene
-from dpd.start import start_is_shared
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start
 from tests.conftest import SCENE
@@ -21,21 +20,6 @@ MELT = {
     "bond": {"stiffness": 100, "length": 0.5}, "observe": [{"thermo": {"every": 100}}],
     "start": {"method": "polymerize", "polymerize": {"interval": 1e6}},
 }  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    "change, shared",
-    [
-        ({}, False),
-        ({"start": {"relax": {"steps": 21, "dt": 0.01}}}, True),
-        ({"steps": {"equilibrate": 20, "sample": 179}}, True),
-        (MELT | {"start": {}}, False),
-        (MELT | {"steps": {"sample": 10**8}}, True),
-    ],
-)
-def test_a_short_relaxation_is_part_of_the_run(change, shared):
-    """Up to a tenth of the run's steps: longer ones, and chains that grow, have their own job."""
-    assert start_is_shared(Scene(FLUID | change)) is shared
 
 
 class Enough(Exception):
@@ -60,7 +44,7 @@ def test_starts_can_be_ended_every_second_or_two(change, looks):
 
 
 def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
-    """Made by the run or read from a file; what the run took counts its own start."""
+    """The run, one before it in a job, or a file; what the run took counts its own start."""
     scene = Scene(FLUID)
     write_start(scene, tmp_path / "start.nc")
     begun = time.perf_counter() - 100  # as if its start had taken that long
@@ -69,4 +53,7 @@ def test_a_run_is_the_same_whoever_made_its_start(tmp_path):
     simulate(scene, tmp_path / "read.nc", read_start(scene, tmp_path / "start.nc"))
     (own, told), (read, _) = (files.read(tmp_path / name) for name in ("own.nc", "read.nc"))
     np.testing.assert_equal(read, own)
+    for name, steps in (("before.nc", 20), ("after.nc", 180)):
+        run(Scene(FLUID | {"steps": {"equilibrate": 20, "sample": steps}}), tmp_path / name)
+    np.testing.assert_equal(files.read(tmp_path / "after.nc")[0], own)
     assert 100 < told["seconds"] < whole

@@ -182,11 +182,10 @@ def test_a_point_of_a_study(here):
 
 def test_a_point_that_failed(here):
     """The last sentence of its log; not if it was only stopped."""
-    Path("start.nc").write_bytes(b"garbage")
-    assert simulate("--start", "start.nc") == 1
+    assert simulate("--threads", "1000") == 1
     run = point_of(status("results/smoke"))
-    assert run["state"] == FAILS and run["why"].startswith("start.nc: not a whole NetCDF file")
-    assert "start.nc: not a whole NetCDF file" in look("results/smoke")[1]
+    assert run["state"] == FAILS and run["why"].startswith("threads: 1000 is out of range")
+    assert "threads: 1000 is out of range" in look("results/smoke")[1]
     for last in ("scene: stopped at step 5 of 9, as asked", "interrupted"):
         LOG.write_text(f"error: {last}\n")
         assert point_of(status("results/smoke"))["state"] == WAITS

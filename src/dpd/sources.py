@@ -331,6 +331,7 @@ def stage_digest(stage: str) -> str:
 def run_sources(scene: Any) -> str:
     """Digest of the sources of a run: of its rooms, and of the pages that its scene uses."""
     pages = {type(page).__module__ for page in (scene.start, *scene.observe.values())}
+    pages |= _terms_of_start(scene)
     return _digest_of("simulate", pages.union(*(_terms(stage.scene) for stage in scene.stages)))
 
 
@@ -342,14 +343,12 @@ def start_sources(scene: Any) -> str:
     return _digest_of("start", {type(scene.start).__module__} | _terms_of_start(scene))
 
 
-def kernels_name(scene: Any, of_start: bool = False) -> str:
+def kernels_name(scene: Any) -> str:
     """A name for the kernels of all scenes in which the same terms act, by their sources.
 
-    Where it changes, `run_sources` and `start_sources` of those scenes change as well.
-    ``of_start``: what acts while its first configuration grows and relaxes counts.
+    Where it changes, `run_sources` of those scenes change as well.
     """
-    terms = _terms_of_start(scene) if of_start else _terms(scene, of_kernels=True)
-    return _digest_of("compile", terms)
+    return _digest_of("compile", _terms(scene, of_kernels=True))
 
 
 def figure_sources(path: Path) -> str:

@@ -71,14 +71,15 @@ def benchmarks() -> ModuleType:
 )  # fmt: skip
 def compile_(options: Namespace) -> None:
     """Compile what a study needs."""
-    from dpd.pipeline.jobs import compile_for, with_kernels
+    from dpd.pipeline.jobs import compile_for
     from dpd.pipeline.paper import read_paper
+    from dpd.sources import kernels_name
 
     papers = [read_paper(paper, options.study) for paper in options.papers]
     sweeps = [sweep for paper in papers for sweep in paper.sweeps.values()]
     scenes = [point.scene for sweep in sweeps for point in sweep.points]
     if options.kernels is not None:
-        scenes = with_kernels(scenes, options.kernels)
+        scenes = [scene for scene in scenes if kernels_name(scene) == options.kernels]
     _write(options.output, "\n".join(compile_for(scenes)) + "\n")
 
 
@@ -88,24 +89,12 @@ def _write(path, text):
     replace_whole(path, lambda draft: draft.write_text(text))
 
 
-@command("study", "paper", "sweep", "point", output="start.nc")
-def start(options: Namespace) -> None:
-    """Make a first configuration."""
-    from dpd.runs import Progress
-    from dpd.start import start_work
-    from dpd.start.common.files import write_start
-
-    scene = _sweep(options).point(options.point).scene
-    with Progress(start_work(scene), f"{options.sweep} start") as progress:
-        write_start(scene, options.output, progress)
-
-
 def _paper(options: Namespace) -> Paper:
     """The paper with the sweep, and perhaps the points, that a command is about."""
     from dpd.pipeline.paper import read_paper
 
-    points = getattr(options, "points", None) or [getattr(options, "point", None)]
-    return read_paper(options.paper, options.study, [options.sweep], [*filter(None, points)])
+    points = getattr(options, "points", ())
+    return read_paper(options.paper, options.study, [options.sweep], points)
 
 
 def _found(sweeps, name, other):
@@ -127,8 +116,6 @@ def _sweep(options: Namespace, resolve: bool = False) -> Sweep:
 @command(
     "study", "paper", "sweep", option("points", nargs="+"),
     option("-o", "--output", required=True, type=Path, nargs="+", help="run.nc of each point"),
-    option("--start", type=Path, metavar="FILE",
-           help="their first configuration; without it, it is made"),
     DERIVED, CHECKPOINTS, THREADS,
 )  # fmt: skip
 def simulate(options: Namespace) -> None:
@@ -143,7 +130,7 @@ def simulate(options: Namespace) -> None:
     for point, output in zip(points, options.output):
         name = f"{options.sweep} {point.name}"
         try:
-            found = run(point.scene, output, options.start, options_of(options, label=name))
+            found = run(point.scene, output, options=options_of(options, label=name))
             said = ", ".join(f"{quantity} {value:.6g}" for quantity, value in found.items())
             print(f"{name}: {said}", flush=True)
         except Stopped:

@@ -1,4 +1,4 @@
-"""The jobs of a study: their order, what each asks a cluster for, kernels, and what all cost.
+"""The jobs of a study: what each asks a cluster for, kernels, and what all cost.
 
 A cluster ends a job that takes more than it asked for. A run that is ended keeps a checkpoint, and
 the next try asks for more; still it is cheaper to ask for enough. So a job asks for `GENEROUS`
@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any
 from dpd import files
 from dpd.errors import UserError
 from dpd.pipeline.paths import results_of
-from dpd.sources import kernels_name
-from dpd.start import BYTES_PER_BEAD, start_digest, start_is_shared
+from dpd.start import BYTES_PER_BEAD
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -31,105 +30,44 @@ if TYPE_CHECKING:
 RATE = 3e6
 GENEROUS = 3  # times what is expected
 BEGINNING = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
-GROUPS = {"short": 2.0, "medium": 10.0}  # to the minutes that a job of it takes at most
 PROCESSES = 1000  # MB of a run without beads, 200 measured, and of the Snakemakes that start it
 BASE_MEMORY = 200.0  # MiB of a process that has imported all and compiled nothing
 COPIES = 4  # of the state while it moves: its own, those sorted, those of a checkpoint
 
 
-def waiting_for_starts(paper: Paper) -> dict[str, list[tuple[str, Point]]]:
-    """Digest of each start to the (name of a sweep, point) pairs that need it, in order."""
-    waiting: dict[str, list[tuple[str, Point]]] = {}
-    for sweep in paper.sweeps.values():
-        for point in sweep.points:
-            if start_is_shared(point.scene):
-                waiting.setdefault(start_digest(point.scene), []).append((sweep.name, point))
-    return waiting
-
-
-def priorities(
-    papers: Mapping[str, Paper], first: Sequence[str] = ()
-) -> dict[tuple[str, str, str], int]:
-    """Priorities of all runs, by paper, sweep and point: the highest begins first; from 1 up.
-
-    The longest run comes first, so that none is left to the end, where a core would wait for it.
-    The study may name sweeps that come before, as ``paper.sweep``, that of the greatest worth in
-    ``first`` place; of each of them the shortest run is first.
-    """
-    work = {
-        (paper.name, sweep.name, point.name): round(point.scene.work / 1e6)
-        for paper in papers.values()
-        for sweep in paper.sweeps.values()
-        for point in sweep.points
-    }
-    most = 1 + max(work.values(), default=0)
-    worth = {name: len(first) - place for place, name in enumerate(first)}
-    found = {}
-    for run, amount in work.items():
-        of_sweep = worth.get(f"{run[0]}.{run[1]}")
-        found[run] = 1 + (amount if of_sweep is None else (of_sweep + 1) * most - amount)
-    return found
-
-
-def start_bead_steps(scene: Scene) -> int:
-    """Work of a first configuration, as `dpd.scene.scene.Scene.work` has that of a run."""
-    return scene.beads * (scene.relaxing + scene.start.work)
-
-
-def minutes(bead_steps: float, attempt: int, longest: int) -> int:
-    """Minutes of wall clock to ask for, on one core, in a try counted from 1.
+def minutes(scenes: Sequence[Scene], attempt: int, longest: int) -> int:
+    """Minutes of wall clock to ask for, on one core, for runs with their starts, in the nth try.
 
     At most ``longest``, what the cluster allows: a run that needs more goes on in its next try.
     """
-    asked = math.ceil(BEGINNING + GENEROUS * _expected_minutes(bead_steps))
-    return min(attempt * asked, longest)
+    work = sum(each.work + each.beads * (each.relaxing + each.start.work) for each in scenes)
+    return min(attempt * math.ceil(BEGINNING + GENEROUS * work / RATE / 60), longest)
 
 
-def megabytes(beads: int, attempt: int) -> int:
-    """MB of memory to ask for, `GENEROUS` times those of the beads, in a try counted from 1."""
+def megabytes(scenes: Sequence[Scene], attempt: int) -> int:
+    """MB of memory to ask for, `GENEROUS` times those of the beads, in the nth try."""
+    beads = max(scene.beads for scene in scenes)
     return attempt * (PROCESSES + math.ceil(GENEROUS * BYTES_PER_BEAD * beads / 1e6))
-
-
-def group(bead_steps: float) -> str | None:
-    """Name of the group of such a job, of `GROUPS`; None for one that is long enough.
-
-    On a cluster Snakemake submits several jobs of one group together, as many as the profile says.
-    """
-    expected = _expected_minutes(bead_steps)
-    return next((name for name, most in GROUPS.items() if expected < most), None)
 
 
 def batches(sweep: Sweep, seconds: float) -> list[list[Point]]:
     """Points of a sweep, in their order, whose runs share a job.
 
-    As many as are expected to take some ``seconds`` together, and have the same start.
+    As many as are expected to take some ``seconds`` together.
     """
     found: list[list[Point]] = []
-    taken, last = math.inf, ""
+    taken = math.inf
     for point in sweep.points:
-        expected = 60 * _expected_minutes(point.scene.work)
-        start = start_digest(point.scene) if start_is_shared(point.scene) else ""
-        if taken + expected > seconds or start != last:
+        expected = point.scene.work / RATE
+        if taken + expected > seconds:
             found.append([])
-            taken, last = 0.0, start
+            taken = 0.0
         found[-1].append(point)
         taken += expected
     return found
 
 
-def _expected_minutes(bead_steps):
-    return bead_steps / RATE / 60
-
-
 # --- the kernels that it needs
-
-
-def with_kernels(scenes: Sequence[Scene], name: str) -> list[Scene]:
-    """The scenes that need the kernels of a name; or whose starts do, if none."""
-    for of_start in (False, True):
-        if found := [scene for scene in scenes if kernels_name(scene, of_start) == name]:
-            return found
-    raise UserError(f"--kernels: no scene needs {name!r}; leave it out, and all are compiled")
 
 
 def compile_for(scenes: Iterable[Scene]) -> list[str]:

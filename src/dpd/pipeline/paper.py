@@ -38,12 +38,6 @@ class Study(Section):
 
     description: str = setting("One line for the report.")
     parent: str = setting("The study whose values it has where it has none of its own.", "paper")
-    first: list[Annotated[str, Field(pattern="[.]")]] | None = setting(
-        "Sweeps whose runs begin before those of all others, as paper.sweep, the one of the "
-        "greatest worth in front, so that a study that is stopped has made what matters most. Of "
-        "each of them the shortest run is first. If not given, the longest run of all is first.",
-        None,
-    )
 
 
 class Config(Section):
@@ -174,8 +168,6 @@ def read_study(name: str) -> Study:
     """A study by name."""
     file, seed = file_and_seed("study", name)
     study = studies()[file]
-    for number, said in enumerate(study.first or ()):
-        file_of_paper(f"{WHERE}: studies.{file}.first.{number}", said.rpartition(".")[0])
     said = study.description if seed == 1 else f"With the seed {seed}: {study.description}"
     return study.model_copy(update={"description": said})
 
@@ -388,14 +380,9 @@ def read_paper(
     """
     path = file_of_paper("papers", name)
     where, names = shortened(path), lineage(study)
-    first, seed = read_study(study).first or (), file_and_seed("study", study)[1]
+    seed = file_and_seed("study", study)[1]
     given = as_studied(read_yaml(path), names, studies(), f"{where}: ")
     paper = read_section(PaperFile, given, where)
-    runs = [sweep for sweep, given in paper.sweeps.items() if given.theory is None]
-    for number, (of, _, sweep) in enumerate(each.rpartition(".") for each in first):
-        if of == name and sweep not in runs:
-            said = f"{WHERE}: studies.{names[0]}.first.{number}"
-            raise UserError(f"{said}: {name} has no sweep {sweep!r}; {suggestion(sweep, runs)}")
     for sweep in only or ():
         if sweep not in paper.sweeps:
             raise UserError(f"{where}: no sweep {sweep!r}; {suggestion(sweep, paper.sweeps)}")

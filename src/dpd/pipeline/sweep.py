@@ -17,7 +17,6 @@ from dpd.errors import UserError, shown, suggestion
 from dpd.page import NAMES, OR_TABLE, OneOrMore, Refusals, Section, inside, setting
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import changed, merge
-from dpd.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -363,14 +362,11 @@ def fixed(scene: Scene) -> Scene:
 
 
 def resolved(sweep: Sweep, path: str | Path | None) -> Sweep:
-    """A sweep with its derived values, a table of `dpd derive`, in place of the stand-ins.
-
-    Raises `UserError` if a value is missing, or would change a start that runs share.
-    """
+    """A sweep with its derived values, a table of `dpd derive`, in place of the stand-ins."""
     if not sweep.derived:
         return sweep
-    keys = ", ".join(rule.key for rule in sweep.derived)
     if path is None:
+        keys = ", ".join(rule.key for rule in sweep.derived)
         raise UserError(
             f"sweep {sweep.name}: other sweeps measure {keys} for it; name the table that "
             "`dpd derive` writes: --derived FILE"
@@ -389,11 +385,5 @@ def resolved(sweep: Sweep, path: str | Path | None) -> Sweep:
             if (point.name, rule.key) not in values:
                 raise UserError(f"{path}: no value of {rule.key} for {point.name}; {anew}")
             data = changed(data, {rule.key: values[point.name, rule.key]}, where)
-        scene = Scene(data, where)
-        if start_is_shared(point.scene) and start_digest(scene) != start_digest(point.scene):
-            raise UserError(
-                f"{where}: derive: {keys} changes the first configuration, which is made before; "
-                "give start.forces a value of its own"
-            )
-        points.append(point._replace(scene=scene))
+        points.append(point._replace(scene=Scene(data, where)))
     return replace(sweep, points=tuple(points))

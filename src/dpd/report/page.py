@@ -19,7 +19,6 @@ from dpd.pipeline.paths import Results, commit, library_versions
 from dpd.report.figures import joined, read_verdicts, small_png
 from dpd.report.text import label, named, rendered, typeset, whole, with_error
 from dpd.sources import stage_digest
-from dpd.start import start_digest, start_is_shared
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -135,14 +134,11 @@ def _range(values, pattern):
 
 def _costs(paper, results, checks):
     """Jobs and seconds of each stage, from what its files and sweeps say of themselves."""
-    points = [point for sweep in paper.sweeps.values() for point in sweep.points]
-    starts = sorted({start_digest(p.scene) for p in points if start_is_shared(p.scene)})
 
     def spent(file, names, *kind):
         return len(names), sum(attribute(file(paper.name, n, *kind), "seconds") for n in names)
 
     stages = {
-        "first configurations": spent(results.start, starts),
         "simulations": (sum(row["runs"] for row in checks), sum(row["seconds"] for row in checks)),
         "sweeps": spent(results.sweep, paper.sweeps),
         "sweeps of theory": spent(results.sweep, paper.theory),

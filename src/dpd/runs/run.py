@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import contextmanager, suppress
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -42,7 +43,7 @@ from dpd.runs.result import (
 )
 from dpd.scene.scene import Scene
 from dpd.sources import run_sources
-from dpd.start import start_work
+from dpd.start import start_digest, start_work
 from dpd.start.common.make import make_start, system_of
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ WARNING = "warning: "
 THREADS_PER_CORE = 4  # more only wait for each other
 COPIES = 3  # on the disk: of a checkpoint, of the draft of the next one, of the result
 TOGETHER = 0.5  # s within which two signals count as one: make and snakemake pass them on
+LAST_START: dict[str, State] = {}  # by its digest: runs that share a job often begin alike
 STOPPING = b"stopping after the steps under way; a second Ctrl-C ends at once\n"
 
 
@@ -80,7 +82,7 @@ class Options:
     overwrite: bool = False  # what is in the place of the result, see `dpd.runs.result`
     # A run of one's own keeps its end for longer ones, begins with any file, and is refused where
     # another is at work. Otherwise it is Snakemake's: it waits for the other, leaves a result of
-    # the same scene and sources as it is, replaces any other, and its start is that of the scene.
+    # the same scene and sources as it is, and replaces any other.
     own: bool = False
     label: str = ""  # for progress
     signals: tuple[int, ...] = (signal.SIGINT,)  # that ask it to stop
@@ -200,13 +202,16 @@ def _resumed(output, sidecars):
 
 def _first(scene, start, options, progress):
     """The scene with its first configuration; one from a file of another scene is part of it."""
-    if start is None:
-        return scene, make_start(scene, progress, options.tell)
-    from dpd.start.common.files import begin, read_start
+    if start is not None:
+        from dpd.start.common.files import begin
 
-    if options.own:
         return begin(scene, start, progress, options.tell)
-    return scene, read_start(scene, start)
+    if options.own:
+        return scene, make_start(scene, progress, options.tell)
+    if (digest := start_digest(scene)) not in LAST_START:
+        LAST_START.clear()
+        LAST_START[digest] = make_start(scene, progress, options.tell)
+    return scene, deepcopy(LAST_START[digest])
 
 
 def _as_it_is(scene, output):

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from dpd.scene.scene import Scene
 
 BYTES_PER_BEAD = 312  # of memory in a run, measured; with DPD-VV and a list 750
-SMALL = 0.1  # of a run's steps: a start that takes no more is made by the run itself
 
 
 def start_description(scene: Scene) -> dict[str, Any]:
@@ -54,11 +53,3 @@ def start_digest(scene: Scene) -> str:
 def start_work(scene: Scene) -> int:
     """Beads to bond and steps to relax, which progress counts; 0 if beads are only placed."""
     return (scene.beads if scene.start.work else 0) + scene.relaxing
-
-
-def start_is_shared(scene: Scene) -> bool:
-    """Whether a job of its own makes the first configuration, for all runs that begin with it.
-
-    So it is where it takes `work`, as where chains grow, or more than a tenth of the run's steps.
-    """
-    return bool(scene.start.work) or scene.relaxing > SMALL * sum(scene.steps)
