@@ -1,5 +1,6 @@
 """Small systems for the tests, and what they have in common."""
 
+import gsd.fl
 import numpy as np
 
 from dpd.engine.simulation import Simulation, Snapshot
@@ -49,6 +50,16 @@ def make_system(box, scheme="gw-vv", prediction=0.5, *, bonds=None, core=None, *
         members, stiffness, length = bonds
         values |= {"members": members, "bond": harmonic(stiffness, length)}
     return System(box=box, scheme=scheme_named(scheme, prediction), **values)
+
+
+def frames_of(path):
+    """All that the frames of a trajectory have."""
+    with gsd.fl.open(str(path), "r") as file:
+        names = file.find_matching_chunk_names("")
+        return [
+            {one: file.read_chunk(k, one).tobytes() for one in names if file.chunk_exists(k, one)}
+            for k in range(file.nframes)
+        ]
 
 
 def harmonic(stiffness, length, number=None):

@@ -1,4 +1,4 @@
-"""Trajectories: what is in them, who reads them, and the same bits however often one is killed."""
+"""Trajectories: what is in them, who reads them, and the same frames through any kill."""
 
 import os
 import random
@@ -19,6 +19,7 @@ from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
+from tests.systems import frames_of
 
 CHAINS = {
     "dimension": 2,
@@ -92,7 +93,7 @@ def kill_after(steps):
     return progress
 
 
-def test_a_run_that_was_killed_leaves_the_same_file(tmp_path):
+def test_a_run_that_was_killed_leaves_the_same_frames(tmp_path):
     """Frames up to 600, for which the index of the file grows three times; killed at 8 places."""
     scene = watched(1, CHAINS)
     whole, killed = tmp_path / "whole", tmp_path / "killed"
@@ -107,7 +108,7 @@ def test_a_run_that_was_killed_leaves_the_same_file(tmp_path):
             assert not (killed / "run.gsd").exists()
     assert stops
     simulate(scene, killed / "run.nc", make_start(scene), Options(every_seconds=60))
-    assert (killed / "run.gsd").read_bytes() == (whole / "run.gsd").read_bytes()
+    assert frames_of(killed / "run.gsd") == frames_of(whole / "run.gsd")
     assert sorted(os.listdir(killed)) == ["run.gsd", "run.nc"]
     with gsd.hoomd.open(killed / "run.gsd") as file:
         assert len(file) == 600
@@ -148,7 +149,7 @@ def test_frames_that_are_not_those_of_the_checkpoint(tmp_path):
     settings = Options(every_seconds=60, say=said.append)
     simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
     assert re.search(r"checkpoint that cannot be right \(.*gsd.*\); starting anew", said[0])
-    assert (tmp_path / "run.gsd").read_bytes() == (tmp_path / "whole.gsd").read_bytes()
+    assert frames_of(tmp_path / "run.gsd") == frames_of(tmp_path / "whole.gsd")
 
 
 def test_frames_hold_what_a_scene_asks_for(tmp_path):

@@ -72,9 +72,15 @@ def replace_whole(path: str | Path, make: Callable[[Path], object]) -> None:
     """Let ``make(draft)`` write a draft beside ``path``, then put it in its place."""
     path = Path(path)
     check_output(path)
+    with writing(path), draft_of(path) as draft:
+        make(draft)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Say in a sentence what the system or a library has against a file that is written."""
     try:
-        with draft_of(path) as draft:
-            make(draft)
+        yield
     except (OSError, RuntimeError) as problem:
         raise UserError(
             f"{path}: cannot be written ({reason(problem)}); {remedy(problem, path.parent)}"
@@ -118,14 +124,9 @@ def refuse_to_replace(path: str | Path) -> None:
 def check_room(path: str | Path, size: int) -> None:
     """Refuse a place where a file of some bytes cannot be written; its folder is made."""
     path = Path(path)
-    try:
-        with draft_of(path, is_kept=False) as draft:
-            draft.write_bytes(b"0" * 4096)
+    with writing(path), draft_of(path, is_kept=False) as draft:
+        draft.write_bytes(b"0" * 4096)
         free = shutil.disk_usage(path.parent).free
-    except OSError as problem:
-        raise UserError(
-            f"{path}: cannot be written ({reason(problem)}); {remedy(problem, path.parent)}"
-        ) from None
     if free < size:
         raise UserError(
             f"{path}: {free / 2**20:.1f} MiB are free there, {size / 2**20:.1f} MiB are needed for "

@@ -17,8 +17,8 @@ import gsd.hoomd
 import gsd.pygsd
 import numpy as np
 
-from dpd.errors import UserError, reason, remedy
-from dpd.files import draft_of, unfinished
+from dpd.errors import UserError
+from dpd.files import draft_of, unfinished, writing
 from dpd.particles.particles import (
     FLAT,
     Particles,
@@ -175,18 +175,17 @@ def _new_file(path):
 
 
 def bytes_of(frames: int, beads: int, bonds: int, angles: int, velocities: bool) -> int:
-    """Bytes that a trajectory takes on the disk in the end, when it is there twice."""
+    """Bytes that a trajectory takes on the disk in the end."""
     each = 512 + (36 if velocities else 24) * beads  # the index doubles when it is full
-    return 2 * (frames * each + 12 * bonds + 16 * angles)
+    return frames * each + 12 * bonds + 16 * angles
 
 
 class TrajectoryFile:
-    """A trajectory ``run.gsd`` while a run goes on: the same bits, however often that is killed.
+    """A trajectory ``run.gsd`` while a run goes on: the same frames, however often that is killed.
 
-    It grows as ``run.unfinished.gsd``, so that one can look at it meanwhile. In the end its frames
-    are written once more, in one go: where frames lie in a GSD file depends on when it was flushed.
-    Until then the trajectory of a former run stays there. Digests, (n, `DIGEST`) uint8 arrays, tell
-    whether a file holds the frames that a checkpoint counts. `UserError` if it cannot be written.
+    It grows as ``run.unfinished.gsd``, so that one can look at it meanwhile; until the end the
+    trajectory of a former run stays there. Digests, (n, `DIGEST`) uint8 arrays, tell whether a file
+    holds the frames that a checkpoint counts. `UserError` if it cannot be written.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -200,7 +199,7 @@ class TrajectoryFile:
     def cut(self, frames: int, digests: np.ndarray) -> str:
         """Go on after the first frames of what a former process left; return why that cannot be."""
         source = self.unfinished if self.unfinished.exists() else self.path
-        with self._replacing(self.unfinished) as trajectory:
+        with self._begun() as trajectory:
             if problem := _copy(trajectory, source, frames, digests):
                 return problem
             trajectory.flush()
@@ -214,7 +213,7 @@ class TrajectoryFile:
 
     def append(self, frame: gsd.hoomd.Frame) -> np.ndarray:
         """Append a frame in single precision; return its digest."""
-        with self._writing():
+        with writing(self.unfinished):
             self._opened().append(frame)
         if time.monotonic() - self._flushed > PATIENCE:
             self.flush()
@@ -224,32 +223,27 @@ class TrajectoryFile:
         """See to it that all frames are on the disk."""
         if self._trajectory is None and self._before is None:
             return  # there is no frame, or the trajectory is in its place already
-        with self._writing():
+        with writing(self.unfinished):
             self._opened().flush()
         self._flushed = time.monotonic()
 
-    def finish(self, frames: int, digests: np.ndarray, result: Path) -> str:
-        """Put the trajectory in its place, once the run is done; return what was lost, if anything.
+    def finish(self, result: Path) -> None:
+        """Put the trajectory in its place, once the run is done.
 
         A ``result`` of another run there, which would stand beside a trajectory that is not its own
         if we were killed before ours is written, is removed with its trajectory.
         """
-        trajectory = self._opened()
-        self.flush()
-        trajectory.close()
-        self._trajectory = None
-        with self._replacing(self.path) as trajectory:
-            problem = _copy(trajectory, self.unfinished, frames, digests)
-            trajectory.close()
+        with writing(self.path):
+            self._opened().close()
+            self._trajectory = None
             if not self._is_longer:
                 result.unlink(missing_ok=True)
-        self.unfinished.unlink(missing_ok=True)
-        return f"{self.path}: its last frames are lost: {problem}" if problem else ""
+            self.unfinished.replace(self.path)
 
     def _opened(self):
         """The file to append to; a new one at the beginning."""
         if self._trajectory is None:
-            with self._replacing(self.unfinished) as trajectory:
+            with self._begun() as trajectory:
                 if self._before and (problem := _copy(trajectory, *self._before)):
                     raise UserError(
                         f"{problem}; the run cannot be made longer without them: put the "
@@ -260,20 +254,10 @@ class TrajectoryFile:
         return self._trajectory
 
     @contextmanager
-    def _replacing(self, path):
-        """A new trajectory to write to, which then takes the place of what is there."""
-        with self._writing(), draft_of(path) as draft:
+    def _begun(self):
+        """A new trajectory to write to, which then takes the place of an unfinished one."""
+        with writing(self.unfinished), draft_of(self.unfinished) as draft:
             yield gsd.hoomd.HOOMDTrajectory(_new_file(draft))
-
-    @contextmanager
-    def _writing(self):
-        try:
-            yield
-        except OSError as problem:
-            raise UserError(
-                f"{self.unfinished}: cannot be written ({reason(problem)}); "
-                f"{remedy(problem, self.path.parent)}"
-            ) from None
 
 
 def _copy(trajectory, source, frames, digests):

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from dpd.engine.state import State
     from dpd.files import Variable
 
-NO_STATE = "not_extendable"  # attribute that says why there is no such group
-
 
 class Former(NamedTuple):
     """A finished run that a longer one can go on from; ``arrays`` are those of a checkpoint."""
@@ -58,11 +56,10 @@ def read_former(path: str | Path) -> Former:
     refuse_other(path, attributes)
     scene, stored = scene_of(path, attributes), files.read_group(path, STATE)
     if not stored:
-        why = attributes.get(NO_STATE) or (
-            "it holds no state to go on from. `dpd run --overwrite` makes it again with one; a run "
-            "of a study has one if its scene says 'keep_state: true'"
+        raise UserError(
+            f"{path}: it holds no state to go on from. `dpd run --overwrite` makes it again with "
+            "one; a run of a study has one if its scene says 'keep_state: true'"
         )
-        raise UserError(f"{path}: {why}")
     arrays = {name.replace(".", "/"): array for name, array in stored.items()}
     if attributes["scene_digest"] != scene.digest or "position" not in arrays:
         raise _of_another_version(path)  # a default has changed
@@ -242,16 +239,13 @@ def write_result(
     if save and (own or "extended_from_step" in attributes):
         warnings.append(save())
     for observer in own:
-        taken, digests = observer.arrays["taken"], observer.arrays["digests"]
-        warnings.append(file_of(observer).finish(int(taken[0]), digests, path))
-        attributes |= {NO_STATE: warnings[-1]} if warnings[-1] and keeps else {}
+        file_of(observer).finish(path)
     found = _with_means(variables)
     if keeps:
         last = last_configuration(scene, simulation.state)
         found, attributes = found | variables_of(last), attributes | attributes_of(last)
-        if NO_STATE not in attributes:
-            arrays = arrays_of(simulation.state, observers)
-            groups = {STATE: {name.replace("/", "."): each for name, each in arrays.items()}}
+        arrays = arrays_of(simulation.state, observers)
+        groups = {STATE: {name.replace("/", "."): each for name, each in arrays.items()}}
     files.write(path, found, attributes, groups)
     return Written(values, attributes, warnings)
 
