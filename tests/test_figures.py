@@ -7,8 +7,7 @@ import pytest
 import xarray as xr
 
 from dpd.analysis.diffusion import Resampled
-from dpd.analysis.published import published
-from dpd.analysis.verdicts import judge
+from dpd.analysis.verdicts import judge, published
 from dpd.errors import UserError
 from dpd.report.figures import load_module
 from dpd.theory.equation_of_state import BETA, ETA, crgw

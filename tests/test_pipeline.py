@@ -14,8 +14,7 @@ import xarray as xr
 from numba.core.caching import UserProvidedCacheLocator
 
 import dpd.jit  # noqa: F401  says where kernels are kept
-from dpd.analysis.published import published
-from dpd.analysis.verdicts import COLUMNS
+from dpd.analysis.verdicts import COLUMNS, published
 from dpd.digest import PACKAGE, ROOT
 from dpd.pipeline.jobs import batches
 from dpd.pipeline.paper import read_config, read_paper

@@ -4,8 +4,8 @@ import ast
 
 import pytest
 
-from dpd.analysis import published
-from dpd.analysis.published import Number, entries_of, shown_by
+from dpd.analysis import verdicts
+from dpd.analysis.verdicts import Number, shown_by
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.pipeline.paper import read_paper
@@ -24,7 +24,7 @@ def precise(values):
 @pytest.mark.parametrize("paper", PAPERS)
 def test_no_figure_file_repeats_a_published_number(paper):
     """It reads it from published.yaml."""
-    entries = published.published(paper).values()
+    entries = verdicts.published(paper).values()
     keys = ("value", "rival", "error", "rounding")
     known = precise(entry.get(key) for entry in entries for key in keys)
     for path in (path for path in FILES if path.parent.name == paper):
@@ -37,7 +37,7 @@ def test_no_figure_file_repeats_a_published_number(paper):
 def test_figures_of_published_numbers_exist(paper):
     """Those that measure a number and those that show it, once each."""
     figures = read_paper(paper, "quick").figures
-    for name, entry in published.published(paper).items():
+    for name, entry in verdicts.published(paper).items():
         assert {entry["figure"], *entry.get("shown_in", ())} <= set(figures), name
         assert entry["figure"] not in entry.get("shown_in", ()), name
 
@@ -50,13 +50,13 @@ def made_up(monkeypatch):
         "lent": {"figure": "other", "shown_in": ["line"], "range": [None, 2]},
         "foreign": {"figure": "other", "value": 1},
     }
-    monkeypatch.setattr(published, "published", {"mine": entries}.get)
+    monkeypatch.setattr(verdicts, "published", {"mine": entries}.get)
 
 
 def test_a_figure_shows_what_redraws_it(made_up):
     """By name, as a record; any other is refused with what to do."""
     shown = shown_by("/anywhere/mine/line.py")
-    assert list(shown) == list(entries_of("mine", "line")) == ["own", "lent"]
+    assert list(shown) == ["own", "lent"]
     assert shown["own"] == Number(value=0.286, error=0.002)
     assert str(shown["own"]) == "0.286 ± 0.002"
     assert shown["lent"].high == 2 and shown["lent"].low != shown["lent"].low

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from dpd.analysis.published import figure_path
+from dpd.analysis.verdicts import figure_path
 from dpd.digest import PACKAGE
 from dpd.page import Observable, Term, find, module_of, names
 from dpd.pipeline.paper import read_config, read_paper
@@ -148,7 +148,7 @@ def test_who_imports_what_a_scene_may_lack():
 DIGESTS = """
 import json, sys
 from dpd.pipeline.paper import read_paper
-from dpd.analysis.published import figure_path
+from dpd.analysis.verdicts import figure_path
 from dpd.sources import kernel_digest
 from dpd.sources import STAGES, kernels_name, figure_sources, run_sources, stage_digest
 from dpd.sources import start_sources

@@ -6,9 +6,8 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.interfaces import sweep_chi
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import linear_fit
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLUE, GREEN, RED, panels, points, published_line
 
 PUBLISHED = shown_by(__file__)

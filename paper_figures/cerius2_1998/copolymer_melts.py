@@ -6,8 +6,7 @@ import xarray as xr
 from matplotlib import pyplot as plt
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, DOUBLE, RED
 from paper_figures.cerius2_1998.phases import CYLINDERS, LAMELLAE, phase_of, strengths_of
 from paper_figures.cerius2_1998.shared import draw_isodensity

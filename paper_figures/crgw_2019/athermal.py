@@ -3,8 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLUE, panels
 from paper_figures.crgw_2019.mixing import chain_potential
 from paper_figures.crgw_2019.shared import TARGET

@@ -3,8 +3,7 @@
 import numpy as np
 from scipy.optimize import least_squares
 
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, panels
 from dpd.theory.equation_of_state import (
     BETA,

@@ -1,7 +1,6 @@
 """Figure 5: a fluid of beads and one of dimers of the same volume, Vh1 and Vh2."""
 
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import panels
 from paper_figures.crgw_2019.mixtures import EXCESSES, draw_mixture, mixture, most
 

@@ -2,8 +2,7 @@
 
 import xarray as xr
 
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import panels
 from paper_figures.crgw_2019.mixtures import EXCESSES, draw_mixture, mixture, most
 

@@ -4,9 +4,8 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import block_mean_and_error
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.errors import UserError
 from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
 from paper_figures.crgw_2019.mixing import chain_potential, monomer_potential

@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLUE, RED, panels, points
 from dpd.theory.equation_of_state import C1, C2, second_virial, virial_switch
 from paper_figures.crgw_2019.shared import LOOKS, TARGET, mean_of_alike

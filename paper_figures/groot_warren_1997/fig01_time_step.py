@@ -4,9 +4,8 @@ import numpy as np
 import xarray as xr
 from scipy.special import chdtrc
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit, over_replicas, student
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, Look, panels, points
 from dpd.report.text import with_error
 

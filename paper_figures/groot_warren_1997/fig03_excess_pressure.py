@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.structure import excess_pressure
+from dpd.analysis.verdicts import shown_by
 from dpd.report.style import panels, points, published_line
 from paper_figures.groot_warren_1997.shared import look_of
 

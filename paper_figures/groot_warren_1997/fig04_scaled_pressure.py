@@ -3,10 +3,9 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, linear_fit, over_replicas
 from dpd.analysis.structure import excess_pressure
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, panels, points
 from dpd.theory.equation_of_state import MEAN_FIELD, second_virial
 from paper_figures.groot_warren_1997.excess_pressure import (

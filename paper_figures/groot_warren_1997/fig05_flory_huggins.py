@@ -3,8 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, RED, panels
 from paper_figures.groot_warren_1997.flory_huggins import (
     binodal,

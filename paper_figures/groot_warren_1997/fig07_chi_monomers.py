@@ -4,9 +4,8 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.interfaces import sweep_chi
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, panels, points, published_line
 from paper_figures.groot_warren_1997.shared import (
     MEAN_FIELD,

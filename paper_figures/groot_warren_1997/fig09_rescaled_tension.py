@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, panels, points, published_line
 from dpd.report.text import with_error
 from paper_figures.groot_warren_1997.tension_laws import collapse

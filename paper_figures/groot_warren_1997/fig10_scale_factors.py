@@ -5,9 +5,8 @@ from itertools import cycle
 import numpy as np
 from matplotlib.ticker import FixedLocator, NullFormatter
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit, misfit_share
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, panels, points
 from dpd.report.text import with_error
 from paper_figures.groot_warren_1997.shared import misfit

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
+from dpd.analysis.verdicts import shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels, points, published_line
 from paper_figures.groot_warren_1997.interface_theory import (
     BROSETA,

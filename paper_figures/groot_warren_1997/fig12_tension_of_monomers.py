@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
+from dpd.analysis.verdicts import shown_by
 from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
 from paper_figures.groot_warren_1997.shared import SEGREGATION
 from paper_figures.groot_warren_1997.tensions import (

@@ -3,8 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, RED, Look, panels, points
 from paper_figures.groot_warren_1997.coverage import Coverage, coverage_of_pieces, slow_time
 

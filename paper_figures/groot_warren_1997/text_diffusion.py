@@ -5,9 +5,8 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.diffusion import diffusion_constant, displacements
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, linear_fit
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 from paper_figures.groot_warren_1997.dynamics import AFTER
 

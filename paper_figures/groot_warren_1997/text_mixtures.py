@@ -4,9 +4,8 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import linear_fit, over_replicas
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLUE, GREEN, ORANGE, RED, panels, points, published_line
 from paper_figures.groot_warren_1997.shared import excess_by
 

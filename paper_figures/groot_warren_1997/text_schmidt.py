@@ -4,8 +4,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, RED, panels, points
 from paper_figures.groot_warren_1997.dynamics import (
     Found,

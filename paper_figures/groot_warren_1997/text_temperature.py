@@ -6,14 +6,13 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import curve_fit
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import (
     COVERAGE,
     independent_mean_and_error,
     linear_fit,
     over_replicas,
 )
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 
 PUBLISHED = shown_by(__file__)

@@ -4,9 +4,8 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, over_replicas
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.analysis.viscosity import viscosity_of_fluctuations
 from dpd.report.style import BLACK, BLUE, RED, panels, points
 from paper_figures.groot_warren_1997.dynamics import (

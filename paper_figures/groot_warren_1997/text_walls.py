@@ -7,9 +7,8 @@ from matplotlib.patches import Patch
 from scipy.optimize import minimize_scalar
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import linear_fit, mean_and_error
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, Look, panels, points
 
 PUBLISHED = shown_by(__file__)

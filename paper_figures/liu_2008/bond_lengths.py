@@ -4,10 +4,9 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, linear_fit
 from dpd.analysis.structure import blocks_of, closest_contact
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, RED, mpl, panels, points, published_line
 from paper_figures.liu_2008.shared import SETS, printed_share, samples_of, share_of_long_bonds
 

@@ -5,9 +5,8 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import NONE_SEEN, interval
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLUE, RED, SINGLE, panels
 from paper_figures.liu_2008.shared import (
     PAPER_BEADS,

@@ -3,7 +3,6 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, jackknife
 from dpd.analysis.structure import (
     closest_contact,
@@ -12,7 +11,7 @@ from dpd.analysis.structure import (
     radial_distribution,
     rise,
 )
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, ORANGE, PURPLE, mpl, panels, points
 from paper_figures.liu_2008.shared import CORES, at_radius, samples_of
 

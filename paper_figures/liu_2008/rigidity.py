@@ -4,7 +4,6 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import (
     COVERAGE,
     NONE_SEEN,
@@ -13,7 +12,7 @@ from dpd.analysis.statistics import (
     over_replicas,
 )
 from dpd.analysis.structure import blocks_of, closest_contact
-from dpd.analysis.verdicts import AGREE, Measured
+from dpd.analysis.verdicts import AGREE, Measured, shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
 from paper_figures.liu_2008.shared import PAPER_STEP, SETS, share_of_long_bonds
 

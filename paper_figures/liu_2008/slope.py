@@ -7,9 +7,8 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.diffusion import HALF, displacements, subdiffusion
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
 from dpd.report.text import with_error
 from paper_figures.liu_2008.plateau import plateau

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.published import shown_by
+from dpd.analysis.verdicts import shown_by
 from dpd.report.style import BLACK, panels
 from paper_figures.nikunen_2007.shared import repulsion
 

@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import jackknife
 from dpd.analysis.structure import (
     AROUND,
@@ -12,7 +11,7 @@ from dpd.analysis.structure import (
     peak,
     radial_distribution,
 )
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, panels
 from dpd.report.text import with_error
 from paper_figures.nikunen_2007.shared import CONTROL, MAIN, SETS, criterion, in_words, repulsion

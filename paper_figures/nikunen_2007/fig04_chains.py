@@ -16,10 +16,9 @@ from dpd.analysis.diffusion import (
     relaxation_time,
     straightness,
 )
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, linear_fit
 from dpd.analysis.structure import blocks_of
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import (
     BLACK,
     BLUE,

@@ -5,9 +5,8 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.diffusion import chain_dynamics, power
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import linear_fit
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, Look, panels, points
 from dpd.report.text import with_error
 from paper_figures.nikunen_2007.chain_lengths import Crossover, crossover

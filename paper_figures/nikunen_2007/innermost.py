@@ -3,9 +3,8 @@
 import numpy as np
 
 from dpd.analysis.diffusion import subdiffusion
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, panels
 from paper_figures.nikunen_2007.shared import CONTROL, MAIN, SETS, in_words, law, repulsion
 

@@ -5,9 +5,8 @@ import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import over_replicas
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import SINGLE, panels, points
 from dpd.report.text import with_error
 from paper_figures.nikunen_2007.shared import LABELS, bond_statistics, criterion

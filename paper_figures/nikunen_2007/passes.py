@@ -6,9 +6,8 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.diffusion import chain_dynamics, power
-from dpd.analysis.published import shown_by
 from dpd.analysis.statistics import COVERAGE, NONE_SEEN, interval
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLUE, ORANGE, panels, points
 from dpd.report.text import with_error
 from paper_figures.nikunen_2007.shared import CONTROL, MAIN, criterion, in_words, law, repulsion

@@ -3,8 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.published import shown_by
-from dpd.analysis.verdicts import Measured
+from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, MARKERS, Look, panels, points
 from paper_figures.nikunen_2007.chain_lengths import end_effect
 from paper_figures.nikunen_2007.shared import (

@@ -16,8 +16,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import yaml
 
-from dpd.analysis.published import Entry
-from dpd.analysis.verdicts import CHECK, CLOSED_FORM, DEVIATES, REPLICATED, SIMULATED, VERDICTS
+from dpd.analysis.verdicts import (
+    CHECK,
+    CLOSED_FORM,
+    DEVIATES,
+    REPLICATED,
+    SIMULATED,
+    VERDICTS,
+    Entry,
+)
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole

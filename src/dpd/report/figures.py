@@ -24,9 +24,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from dpd.analysis.collect import load, reading, save
-from dpd.analysis.published import figure_path
 from dpd.analysis.statistics import degrees_of
-from dpd.analysis.verdicts import COLUMNS, rows
+from dpd.analysis.verdicts import COLUMNS, figure_path, rows
 from dpd.digest import ROOT, shortened
 from dpd.errors import UserError
 from dpd.files import replace_whole
