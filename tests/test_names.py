@@ -63,17 +63,6 @@ def test_names_of_studies_and_papers(config, name):
     assert_one_sentence(lambda: read_paper(name, "smoke"), name)
 
 
-def test_sweeps_that_are_none_do_not_come_first(config):
-    """The sentence says what is allowed."""
-    for name, words in (
-        ("liu_2008.melt", r"first\.0: liu_2008 has no sweep 'melt'.*did you mean 'melts'"),
-        ("liu_2009.melts", r"first\.0: 'liu_2009' is not in .*config/papers"),
-    ):
-        add_study(config, "mine", {"description": "mine", "first": [name]})
-        with pytest.raises(UserError, match=words):
-            read_paper("liu_2008", "mine")
-
-
 def test_a_study_with_another_seed(config):
     """Has a name of its own, so a place of its own, and all noise is another; the rest stays."""
     assert read_config({"seed": 1})["study"] == read_config()["study"] == "quick"
