@@ -20,7 +20,7 @@ if "papers_dir" in config:  # papers outside of this clone; the commands of the 
         )
     os.environ.update(DPD_PAPERS_DIR=str(config["papers_dir"]))
 
-from dpd.analysis.published import entries_of, figure_path, published
+from dpd.analysis.verdicts import figure_path, published, shown_by
 from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.pipeline import jobs

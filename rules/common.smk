@@ -108,6 +108,6 @@ def option(name):
 
 def figure_digest(wildcards):
     """Digest of all that a figure's numbers and looks depend on: sources, its published numbers."""
-    paper, figure = wildcards.paper, wildcards.figure
-    sources, entries = figure_sources(figure_path(paper, figure)), entries_of(paper, figure)
-    return f"{sources} {value_digest(entries)}"
+    paper, path = wildcards.paper, figure_path(wildcards.paper, wildcards.figure)
+    entries = {name: published(paper)[name] for name in shown_by(str(path))}
+    return f"{figure_sources(path)} {value_digest(entries)}"
