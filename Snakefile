@@ -27,10 +27,7 @@ from dpd.pipeline import jobs
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of, say_at_exit
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paper import read_config
-from dpd.sources import (
-    calculation_sources, figure_sources, kernels_name, run_sources,
-    stage_digest,
-)
+from dpd.sources import calculations_file, kernels_name, run_sources, stage_digest
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}

@@ -36,7 +36,7 @@ if CALCULATED:
             OUT.log("{paper}", "sweeps", "{sweep}"),
         params:
             study=STUDY,
-            sources=lambda wildcards: calculation_sources(wildcards.paper),
+            sources=lambda wildcards: stage_digest("calculate", calculations_file(wildcards.paper)),
             points=lambda wildcards: PAPERS[wildcards.paper].theory[wildcards.sweep].digest,
         wildcard_constraints:
             paper=only_before(CALCULATED),

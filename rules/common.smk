@@ -110,4 +110,4 @@ def figure_digest(wildcards):
     """Digest of all that a figure's numbers and looks depend on: sources, its published numbers."""
     paper, path = wildcards.paper, figure_path(wildcards.paper, wildcards.figure)
     entries = {name: published(paper)[name] for name in shown_by(str(path))}
-    return f"{figure_sources(path)} {value_digest(entries)}"
+    return f"{stage_digest('figure', path)} {value_digest(entries)}"

@@ -124,7 +124,7 @@ CHI = {
 # The same of pages: what each alone can refuse.
 PAGES = [
     (BLEND | {"thermostat": {"gamma": {"A A": 4.5, "B B": 2}}},
-     ["gamma: no value for the pair 'A B'; add"]),
+     ["gamma: no value for 'A B'; add"]),
     (LANGEVIN | {"start": {"relax": {"steps": 10, "dt": 0.01}}}, ["add start.forces.gamma"]),
     ({"mass": {"C": 2}}, ["mass.C: no molecule has the species 'C'; allowed: A"]),
     ({"molecules": [{"architecture": "A3 B", "count": 1}]},

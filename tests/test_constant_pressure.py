@@ -60,7 +60,7 @@ def test_what_a_scene_leaves_to_us():
 
 
 @pytest.mark.parametrize(
-    ("box", "target", "words"), [(2.2, 500, "is too high for it"), (3, 0.001, "empties the box")]
+    ("box", "target", "words"), [(2.2, 500, "is too high for it"), (3, 0.001, "is too low for it")]
 )
 def test_box_that_becomes_too_small_or_too_large(tmp_path, box, target, words):
     """One sentence with the target and the remedy, and no file."""

@@ -84,7 +84,7 @@ from dpd.jit import COMPILING
 said = []
 COMPILING.tell = said.append
 from double import double
-print([double(2), double(2.5)], said, COMPILING.seconds > 0)
+print([double(2), double(2.5)], said, COMPILING.duration > 0)
 """
 
 

@@ -116,7 +116,7 @@ def test_an_edited_force_is_the_new_one(folder):
 BAD = [
     (("e * e - 2.0 * e) * w * w", "e * e - 3.0 * e) * w * w"), "its force is not minus the slope"),
     (("self.alpha, self.length, r)\n        return", "self.alfa, self.length, r)\n        return"),
-     "morse: line 21: AttributeError: 'Morse' object has no attribute 'alfa'"),
+     "line 21: AttributeError: 'Morse' object has no attribute 'alfa'"),
     (("exp(-alpha", "exq(-alpha"), "line 10: NameError: name 'exq' is not defined"),
 ]  # fmt: skip
 

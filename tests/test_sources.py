@@ -4,15 +4,13 @@ import json
 
 import pytest
 
-from dpd.analysis.verdicts import figure_path
 from dpd.digest import PACKAGE
-from dpd.page import Observable, Term, find, module_of, names
+from dpd.page import Observable, module_of, names
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.scene.scene import Scene
 from dpd.sources import (
     DECIDE_NOTHING,
     STAGES,
-    figure_sources,
     file_of,
     reachable,
     source_of,
@@ -43,19 +41,6 @@ SAME = {
     ),
     "form": CODE.replace("2 * x", "(2\n        * x)"),
 }
-PAGE = (
-    CODE
-    + """
-
-class Page:
-    stands = {1}
-    cannot = {2: "stands still"}
-    bin: float = setting("Bin width.", 0.02, gt=0)
-
-    def refuses(self):
-        yield "", "there is none"
-"""
-)
 OTHER = {
     "number": CODE.replace("2 * x", "3 * x"),
     "kind of number": CODE.replace("2 * x", "2.0 * x"),
@@ -76,24 +61,6 @@ def test_what_counts_of_a_file(tmp_path, change):
     before, after = map(source_of, paths)
     assert (before.digest == after.digest) == (change in SAME)
     assert file_of("dpd.errors") in before.imports
-
-
-def test_what_a_page_refuses_does_not_count(tmp_path):
-    """Nor what it stands, why not the rest, and how settings are worded; their defaults do."""
-    found = set()
-    changes = [("", ""), ("{1}", "{1, 3}"), ("still", "up"), ("none", "1"), ("Bin w", "W")]
-    for number, (old, new) in enumerate(changes):
-        path = tmp_path / f"{number}.py"
-        path.write_text(PAGE.replace(old, new) if old else PAGE)
-        found.add(source_of(path).digest)
-    assert len(found) == 1
-    for number in (2, 3):  # such names elsewhere are code as any other
-        path = tmp_path / f"cannot {number}.py"
-        path.write_text(f"def half():\n    cannot = {number}\n    return cannot\n")
-        found.add(source_of(path).digest)
-    assert len(found) == 3
-    path.write_text(PAGE.replace("0.02", "1"))
-    assert source_of(path).digest not in found
 
 
 def test_data_files_and_files_that_are_no_python(tmp_path):
@@ -150,13 +117,13 @@ import json, sys
 from dpd.pipeline.paper import read_paper
 from dpd.analysis.verdicts import figure_path
 from dpd.sources import kernel_digest
-from dpd.sources import STAGES, kernels_name, figure_sources, run_sources, stage_digest
+from dpd.sources import STAGES, kernels_name, run_sources, stage_digest
 from dpd.sources import start_sources
 found = {f"stage {stage}": stage_digest(stage) for stage in STAGES} | {"kernels": kernel_digest()}
 for name in sys.argv[1:]:
     paper = read_paper(name, "smoke")
     for figure in paper.figures:
-        found[f"figure {name} {figure}"] = figure_sources(figure_path(name, figure))
+        found[f"figure {name} {figure}"] = stage_digest("figure", figure_path(name, figure))
     for sweep in paper.sweeps.values():
         for point in sweep.points:
             found[f"run {name} {sweep.name} {point.name}"] = run_sources(point.scene)
@@ -238,12 +205,3 @@ def test_defaults_of_an_observable_are_part_of_a_scene():
     digest = Scene(SCENE | {"observe": ["thermo"]}).digest
     assert Scene(SCENE | {"observe": [{"thermo": {"pressure": True}}]}).digest == digest
     assert Scene(SCENE | {"observe": [{"thermo": {"pressure": False}}]}).digest != digest
-
-
-def test_a_reworded_caption_of_a_term_draws_figures_again(monkeypatch):
-    """It is no part of a run's sources, so it is one of a figure's."""
-    path = figure_path("liu_2008", "slope")
-    before = figure_sources(path)
-    assert figure_sources(path) == before
-    monkeypatch.setattr(find(Term, "pressure"), "caption", "another")
-    assert figure_sources(path) != before

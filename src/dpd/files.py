@@ -61,8 +61,9 @@ def _put(file, name, axes, values, units="", long_name="", own=()):
             file.createDimension(axis, size)
         dimensions.append(axis)
     kind = str if values.dtype.kind in "UO" else values.dtype
-    compressed = {} if kind is str or values.ndim == 0 else {"zlib": True, "complevel": 1}
-    variable = file.createVariable(name, kind, dimensions, **compressed)
+    packed = {"zlib": True, "complevel": 1, "fletcher32": True}  # the last is a checksum
+    packed = {} if kind is str or values.ndim == 0 else packed
+    variable = file.createVariable(name, kind, dimensions, **packed)
     variable[...] = values.astype(object) if kind is str else values
     if long_name:
         variable.setncatts({"units": units, "long_name": long_name} | dict(own))

@@ -19,7 +19,6 @@ import inspect
 import os
 import stat
 import sys
-import time
 import warnings
 from functools import cache, partial, wraps
 from importlib import import_module
@@ -320,28 +319,18 @@ def method(name: str) -> Callable[..., Any]:
     return call
 
 
-class _Compiling(event.Listener):
+class _Compiling(event.TimingListener):
     """How long kernels took to compile in this process, and who is told that one begins to."""
 
-    def __init__(self) -> None:
-        self.seconds = 0.0
-        self.tell: Callable[[str], None] | None = None
-        self._depth = self._since = 0.0  # what a kernel calls compiles while it does
+    _duration = 0.0
+    tell: Callable[[str], None] | None = None
 
     def on_start(self, event: Any) -> None:
         """A function begins to compile."""
-        if not self._depth:
-            self._since = time.perf_counter()
-            if self.tell:
-                self.tell("compiling, once for this kind of scene")
+        super().on_start(event)
+        if tell := self.tell:
             self.tell = None
-        self._depth += 1
-
-    def on_end(self, event: Any) -> None:
-        """It is compiled."""
-        self._depth -= 1
-        if not self._depth:
-            self.seconds += time.perf_counter() - self._since
+            tell("compiling, once for this kind of scene")
 
 
 COMPILING = _Compiling()

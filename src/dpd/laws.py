@@ -16,23 +16,15 @@ USUAL = 20.0  # kT above the least energy, up to which lengths of bonds are trie
 
 
 def energies(law: Any, r: np.ndarray) -> np.ndarray:
-    """At some lengths, in kT; infinite where the formula has no number.
-
-    A formula without `math` takes all at once, which is a hundred times as fast.
-    """
-    with np.errstate(all="ignore"):
+    """At some lengths, in kT; infinite where the formula has no number."""
+    found = []
+    for length in r.tolist():
         try:
-            found = np.broadcast_to(np.asarray(law.energy(r), float), r.shape)
-        except (TypeError, ValueError):
-            found = np.array([_energy(law, length) for length in r.tolist()])
+            with np.errstate(all="ignore"):
+                found.append(law.energy(length))
+        except (ValueError, ZeroDivisionError, OverflowError):  # of a logarithm, of a power
+            found.append(np.inf)
     return np.where(np.isnan(found), np.inf, found)
-
-
-def _energy(law, r):
-    try:
-        return law.energy(r)
-    except (ValueError, ZeroDivisionError, OverflowError):  # of a logarithm, of a power
-        return np.inf
 
 
 def least_energy(law: Any) -> float:

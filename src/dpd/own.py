@@ -49,7 +49,7 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
     except OSError as problem:
         raise UserError(f"{where}: {path}: cannot be read ({reason(problem)})") from None
     except ValueError as problem:
-        raise UserError(f"{where}: {path}: {_explained(problem, str(path))}") from None
+        raise UserError(f"{where}: {path}: {problem}") from None
     if digest and digest != found:
         raise UserError(
             f"{where}: {path}: is not the file that this was made with: its digest is {found}, and "
@@ -118,7 +118,8 @@ def _module(path: Path, name: str, where: str) -> ModuleType:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as problem:  # whatever a file of someone's own may raise
         del sys.modules[name]
-        raise UserError(f"{where}: {path}: {_explained(problem, str(path))}") from None
+        said = blame(problem, [str(path)]) or f"{path}: {_said(problem)}"
+        raise UserError(f"{where}: {said}") from None
     finally:
         _importing.pop()
         sys.path.remove(str(path.parent))
@@ -279,8 +280,15 @@ def _formulas(page, scene):
 
 def blame(problem: BaseException, files: Collection[str]) -> str:
     """The file of pages in which something went wrong, its line, and what; nothing if in none."""
-    at = [each.filename for each in extract_tb(problem.__traceback__) if each.filename in files]
-    return f"{at[-1]}: {_explained(problem, at[-1])}" if at else ""
+    if isinstance(problem, SyntaxError) and problem.filename in files:
+        return f"{problem.filename}: line {problem.lineno}: {problem.msg}"
+    at = [each for each in extract_tb(problem.__traceback__) if each.filename in files]
+    return f"{at[-1].filename}: line {at[-1].lineno}: {_said(problem)}" if at else ""
+
+
+def _said(problem):
+    text = shown(problem, str)
+    return str(problem) if isinstance(problem, UserError) else f"{type(problem).__name__}: {text}"
 
 
 @contextmanager
@@ -291,20 +299,6 @@ def blaming(page: Page, place: str = "") -> Iterator[None]:
     except UserError:
         raise
     except (Exception, SystemExit) as problem:  # whatever a page of someone's own may raise
-        said = explained(problem, type(page))
+        file = getattr(sys.modules[type(page).__module__], "__file__", "")
+        said = blame(problem, [file]) or _said(problem)
         raise UserError(f"{place or f'observe.{page.key}'}: {said}") from None
-
-
-def explained(problem: BaseException, page: type[Page]) -> str:
-    """Where in the file of a page something went wrong, and what."""
-    return _explained(problem, getattr(sys.modules[page.__module__], "__file__", "") or "")
-
-
-def _explained(problem: BaseException, path: str) -> str:
-    if isinstance(problem, SyntaxError):
-        return f"line {problem.lineno}: {problem.msg}"
-    at = [each.lineno for each in extract_tb(problem.__traceback__) if each.filename == path]
-    line = f"line {at[-1]}: " if at else ""
-    if isinstance(problem, UserError):
-        return f"{line}{problem}"
-    return f"{line}{type(problem).__name__}: {shown(problem, str)}"

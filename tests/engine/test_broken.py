@@ -71,11 +71,9 @@ def test_message_names_bead_step_and_remedy():
     simulation = fast_bead(-50.0)
     with pytest.raises(Unstable) as caught:
         simulation.advance(5)
-    problem = caught.value
-    assert (problem.bead, problem.step) == (13, 1)
-    assert problem.distance == pytest.approx(2.0)
-    for part in ("bead 13", "2 r_c", "step 1 ", "dt 0.04", "lower integrator.dt"):
-        assert part in str(problem)
+    assert caught.value.step == 1
+    for part in ("bead 13", " 2 r_c", "step 1 ", "dt 0.04", "lower integrator.dt"):
+        assert part in str(caught.value)
 
 
 def test_not_a_number_is_noticed():

@@ -113,7 +113,7 @@ def test_blown_up_run_ends_for_all_threads():
         simulation = make_simulation(system, position, velocity, threads=threads)
         with pytest.raises(Unstable) as caught:
             simulation.advance(50)
-        problems.append((caught.value.bead, caught.value.step, caught.value.distance))
+        problems.append((str(caught.value), caught.value.step))
     assert problems[0] == problems[1]
 
 

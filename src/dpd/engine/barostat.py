@@ -123,19 +123,12 @@ def scaled_state(system: System, state: State, box: Box, scaled: Box) -> State:
 
 def refuse_box(law: Pressure, system: System, box: Box, step: int) -> None:
     """Refuse a box that no longer fits the forces, or is far from that of the system."""
-    target = f"pressure.target {law.target:g}"
-    times = math.prod(box) / system.volume
-    if times > MOST_TIMES:
-        raise UserError(
-            f"at step {step} the volume is {times:.3g} times that of the scene's box (limit: "
-            f"{MOST_TIMES:g}): {target} empties the box. Take a higher pressure, or a larger box "
-            "to begin with"
-        )
-    least = 2 * (CUTOFF + system.skin)
-    if min(box) < least or times < 1 / MOST_TIMES:
+    times, least = math.prod(box) / system.volume, 2 * (CUTOFF + system.skin)
+    if min(box) < least or not 1 / MOST_TIMES <= times <= MOST_TIMES:
         edges = " x ".join(f"{edge:.4g}" for edge in box)
+        wrong, other = ("low", "higher") if times > 1 else ("high", "lower")
         raise UserError(
-            f"at step {step} the box is {edges} r_c (limit: edges of {least:g}, and a volume "
-            f"of {system.volume / MOST_TIMES:.4g}): {target} is too high for it. Take a lower "
-            "pressure, more beads, or a smaller box to begin with"
+            f"at step {step} the box is {edges} r_c (limits: edges of {least:g}, and a tenth to "
+            f"ten times the volume of the scene's): pressure.target {law.target:g} is too {wrong} "
+            f"for it; take a {other} one, or another number of beads to begin with"
         )

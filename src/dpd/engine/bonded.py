@@ -23,19 +23,11 @@ if TYPE_CHECKING:
 BONDS_AT_ONCE = 512  # in a batch, or a few more: their buffers stay in cache
 
 
-class Angles(NamedTuple):
-    """The angles of a system."""
+class Bonded(NamedTuple):
+    """The bonds of a system, or its angles, in the same batches."""
 
     law: Any  # what acts in each
-    members: np.ndarray  # (n, 3) uint32: identities of the three beads, the middle one in between
-    batch: np.ndarray  # (batches + 1,) int64: where those of each batch of bonds begin, and the end
-
-
-class Bonds(NamedTuple):
-    """The bonds of a system."""
-
-    law: Any  # what acts along each
-    members: np.ndarray  # (n, 2) uint32: identities of the two ends
+    members: np.ndarray  # (n, 2 or 3) uint32: identities, that in the middle of an angle as second
     batch: np.ndarray  # (batches + 1,) int64: where each begins, and the end
 
 
@@ -61,7 +53,7 @@ class Opening(NamedTuple):
     over_k: float
 
 
-def bonds_of(system: System) -> Bonds | None:
+def bonds_of(system: System) -> Bonded | None:
     """Bonds, cut into batches between molecules that are numbered one after the other."""
     if system.bond is None:
         return None
@@ -74,10 +66,10 @@ def bonds_of(system: System) -> Bonds | None:
         if cut - batch[-1] >= BONDS_AT_ONCE:
             batch.append(cut)
     batch.append(len(members))
-    return Bonds(_as_compiled(system.bond), members, np.array(batch, np.int64))
+    return Bonded(_as_compiled(system.bond), members, np.array(batch, np.int64))
 
 
-def angles_of(system: System, bonds: Bonds | None) -> Angles | None:
+def angles_of(system: System, bonds: Bonded | None) -> Bonded | None:
     """Angles, cut into the batches of the bonds between them."""
     if system.angle is None or bonds is None:
         return None
@@ -90,7 +82,7 @@ def angles_of(system: System, bonds: Bonds | None) -> Angles | None:
     law = _as_compiled(system.angle)
     if law.number is not None:
         law = law._replace(number=law.number[order])
-    return Angles(law, members[order], batch)
+    return Bonded(law, members[order], batch)
 
 
 def _as_compiled(law):
@@ -102,7 +94,7 @@ def _as_compiled(law):
     return type(law)(*columns, np.ascontiguousarray(number, dtype=np.uint16))
 
 
-def buffers_of(dimension: int, *bonded: Bonds | Angles | None) -> Arms | None:
+def buffers_of(dimension: int, *bonded: Bonded | None) -> Arms | None:
     """Room for the largest batch of some bonds or angles."""
     there = [each for each in bonded if each is not None]
     if not there:

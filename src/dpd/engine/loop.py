@@ -5,14 +5,13 @@ A checkpoint is the state of a run and what its observers have, in a file of `nu
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import time
 from dataclasses import fields
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,24 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import Sums, System
-
-    class Observer(Protocol):
-        """What `run` needs of an observer, see there."""
-
-        @property
-        def every(self) -> int: ...
-
-        @property
-        def arrays(self) -> dict[str, np.ndarray]: ...
-
-    class Recorder(Observer, Protocol):
-        """What it needs of one that takes sums."""
-
-        @property
-        def needs_forces(self) -> bool: ...
-
-        def record(self, sums: Sums) -> None: ...
+    from dpd.engine.state import System
 
 
 LONGEST_CALL = 500  # steps between looks at the clock,
@@ -49,7 +31,7 @@ MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
 
 
 def run(
-    simulation: Simulation, steps: tuple[int, int], observers: Sequence[Observer],
+    simulation: Simulation, steps: tuple[int, int], observers: Sequence[Any],
     checkpoint: Checkpoint | None = None, progress: Callable[[int], object] | None = None,
     every_seconds: float = 60.0, stopping: Callable[[], int] | None = None,
     say: Callable[[str], object] | None = None,
@@ -75,8 +57,8 @@ def run(
     say = say or (lambda sentence: None)
     if checkpoint is not None:
         say(checkpoint.resume(simulation, observers))
-    recorders: Any = [each for each in observers if hasattr(each, "record")]
-    lookers: Any = [each for each in observers if not hasattr(each, "record")]
+    recorders = [each for each in observers if hasattr(each, "record")]
+    lookers = [each for each in observers if not hasattr(each, "record")]
     beads = simulation.state.identity.size
     begun = simulation.state.step
     saved, former = time.monotonic(), ""
@@ -111,7 +93,7 @@ def _entered(simulation, systems, stop):
 
 
 def advance_recording(
-    simulation: Simulation, stop: int, recorders: Sequence[Recorder], equilibrate: int
+    simulation: Simulation, stop: int, recorders: Sequence[Any], equilibrate: int
 ) -> None:
     """Advance to a step; recorders get the sums of their steps, also before a run blows up."""
     now = simulation.state.step
@@ -151,7 +133,7 @@ def counts_from(observer: Any, equilibrate: int) -> int:
     return 0 if getattr(observer, "equilibration", False) else equilibrate
 
 
-def next_sample(observer: Observer, now: int, equilibrate: int) -> int:
+def next_sample(observer: Any, now: int, equilibrate: int) -> int:
     """Step of the observer's next sample after ``now``."""
     first = counts_from(observer, equilibrate)
     return first + (max(now - first, 0) // observer.every + 1) * observer.every
@@ -166,8 +148,8 @@ def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) 
 
 # --- checkpoints
 
-# Names of arrays: the first of the file, which tells it from any other; and what is no array.
-MARK, NOTE, CHECKSUM = "dpd_checkpoint", "note", "checksum"
+# What is no array: the first of the file, which tells it from any other; and the note.
+MARK, NOTE = "dpd_checkpoint", "note"
 
 
 class Stored(NamedTuple):
@@ -183,10 +165,8 @@ def stored_in(path: str | os.PathLike[str]) -> Stored | None:
     if not os.path.isfile(path):  # a pipe would let us wait
         return None
     try:
-        with np.load(path) as file:
+        with np.load(path) as file:  # which holds each array to its CRC
             arrays = dict(file)
-        if str(arrays.pop(CHECKSUM)) != checksum_of(arrays):
-            return None
         key, note = (json.loads(str(arrays.pop(name))) for name in (MARK, NOTE))
     except Exception:  # NumPy and zipfile have a dozen for files that are damaged
         return None
@@ -212,7 +192,7 @@ def refuse_other_file(path: str | Path) -> None:
 
 
 class Checkpoint:
-    """State and observers' arrays in one file, written whole or not at all, with a checksum.
+    """State and observers' arrays in one file, written whole or not at all, with checksums.
 
     The key is what the run is, scene and code digests: a file with another one is ignored. The note
     is plain data.
@@ -229,7 +209,6 @@ class Checkpoint:
         texts = {MARK: json.dumps(self.key, sort_keys=True), NOTE: json.dumps(self.note)}
         arrays = {name: np.array(text) for name, text in texts.items()}
         arrays |= arrays_of(simulation.state, observers)
-        arrays[CHECKSUM] = np.array(checksum_of(arrays))
         try:
             with draft_of(self.path) as draft, open(draft, "wb") as file:
                 np.savez(file, **arrays)  # type: ignore[arg-type]  # no key is allow_pickle
@@ -241,11 +220,10 @@ class Checkpoint:
     def resume(self, simulation: Simulation, observers: Sequence[Any]) -> str:
         """Put simulation and observers, at their beginning, where the file left them.
 
-        Return why the file is refused, or nothing; a `UserError` if it is no checkpoint at all.
+        Return why the file is refused, or nothing.
         """
         if not os.path.lexists(self.path):
             return ""
-        refuse_other_file(self.path)
         stored = stored_in(self.path)
         if stored is None:
             return f"{self.path}: a damaged checkpoint; starting anew"
@@ -259,7 +237,6 @@ class Checkpoint:
 
     def discard(self) -> None:
         """Remove the file once the run's result is written."""
-        refuse_other_file(self.path)
         self.path.unlink(missing_ok=True)
 
 
@@ -309,13 +286,3 @@ def put_back(
             room = min(len(array), len(kept))
             array[:room] = kept[:room]
     return state
-
-
-def checksum_of(arrays: Mapping[str, np.ndarray]) -> str:
-    """Digest of names, types, shapes and values."""
-    total = hashlib.sha256()
-    for name in sorted(arrays):
-        array = np.asarray(arrays[name])
-        total.update(f"{name} {array.dtype.str} {array.shape}".encode())
-        total.update(array.tobytes())
-    return total.hexdigest()

@@ -33,10 +33,6 @@ SPARE_ROOM = 2.0  # times what buffers were too small for
 class Unstable(LostRun):
     """A bead moved too far along an axis in one step, to no number, or too far behind a wall."""
 
-    def __init__(self, bead: int, step: int, distance: float, sentence: str) -> None:
-        self.bead, self.distance = bead, distance
-        super().__init__(sentence, step)
-
 
 class Snapshot:
     """A `System` and its `State`, as observables see them."""
@@ -176,7 +172,7 @@ class Simulation(Snapshot):
         """The same; None, and more room the next time, if the buffers were too small."""
         system, state, dimension = self.system, self.state, self.system.dimension
         beads = self._copied_beads()
-        spare = self._spare or Beads(*map(_empty_like, beads))
+        spare = self._spare or self._copied_beads()
         listed = state.reference is not None and state.reference is self._listed
         reference, self._listed = None, None
         if system.skin > 0:
@@ -192,11 +188,11 @@ class Simulation(Snapshot):
             return None
         if lost.bead >= 0:
             raise Unstable(
-                *lost,
                 f"the run blew up: bead {lost.bead} moved {lost.distance:.3g} r_c along an axis in "
                 f"one step at step {lost.step} (limit: 1 r_c). dt {system.dt:g} is too large for "
                 "this scene: lower integrator.dt, or the friction, repulsion or bond stiffness "
                 "that asks for it (Groot and Warren use dt 0.04 with repulsion 25 and gamma 4.5).",
+                lost.step,
             )
         if shared.deepest is not None:
             self._refuse_behind(shared.deepest)
@@ -316,11 +312,10 @@ class Simulation(Snapshot):
         depth, bead, step = deepest[np.argmax(deepest[:, DEPTH])].tolist()
         if depth > (reach := self.system.walls.reach):
             raise Unstable(
-                int(bead), int(step), depth,
                 f"bead {bead:.0f} got {depth:.3g} r_c behind a wall at step {step:.0f} (limit: "
                 f"{reach:g} r_c, beyond which it might feel beads at the opposite wall). The walls "
                 "are too soft for this scene: raise walls.repulsion, or lower integrator.dt if the "
-                "run is too hot",
+                "run is too hot", int(step),
             )  # fmt: skip
 
     def _all_threads(self, beads, spare, force, reference, shared, span):
@@ -358,11 +353,3 @@ def _plan_of(system, box):
 def _of_box(box, skin):
     grid = grid_of(box, CUTOFF + skin)
     return {"edges": edges_of(box), "slide": slide_of(box), "grid": grid}
-
-
-def _empty_like(array):
-    """A buffer to sort rows or numbers into; None for None."""
-    if array is None:
-        return None
-    rows = array.ndim == 2 and array.dtype == float
-    return empty_rows(*array.shape) if rows else np.empty_like(array)

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.bonded import Angles, Arms, Bonds, add_angles, add_bonds, find_slots
+from dpd.engine.bonded import Arms, Bonded, add_angles, add_bonds, find_slots
 from dpd.engine.cells import Cells, Grid, count_cells, find_places, move_beads, share_cells
 from dpd.engine.external import (
     Near,
@@ -90,8 +90,8 @@ class Plan(NamedTuple):
     slide: Slide | None
     grid: Grid  # cells with edges of at least 1 + ``skin``
     forces: Forces
-    bonds: Bonds | None
-    angles: Angles | None
+    bonds: Bonded | None
+    angles: Bonded | None
     scheme: Scheme
     times: Times  # of the scheme
     # whether a kick may wait for the next drift: not where friction or an exchange follows it

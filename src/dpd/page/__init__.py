@@ -11,7 +11,7 @@ page imports Numba: kernels come with the first step.
 from dpd.page.base import (
     LARGEST_SEED, MOST_STEPS, NAMES, OR_LIST, OR_TABLE, PARTS, Axis, Calculation, Change,
     NotNegative, OneOrMore, OneOrTable, Page, Pair, PairTable, PerPair, PerSpecies, Positive,
-    Quantity, Refusals, Section, Species, Triple, check_species, check_table, find, inside,
+    Quantity, Refusals, Section, Species, Triple, check_table, find, inside,
     interval_setting, is_table, module_of, names, no_species, once, part, setting,
 )  # fmt: skip
 from dpd.page.kinds import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, TypeVar
@@ -259,35 +259,25 @@ def no_species(name: str, species: Sequence[str]) -> str:
     return f"{found}; {suggestion(name, species)}"
 
 
-def check_species(
-    table: Mapping[str, Any], species: Sequence[str], example: float | str = "..."
-) -> Refusals:
-    """Species that there are not, and those without a value; they may be left out if ''."""
-    wrong = [name for name in table if name not in species]
-    for name in wrong:
-        pair = "one value for each species, not for pairs" if " " in name else ""
-        yield name, pair or no_species(name, species)
-    for name in () if wrong or example == "" else species:
-        if name not in table:
-            text = f"add '{name}: {example}', or give one number for all"
-            yield "", f"no value for the species {name!r}; {text}"
-
-
 def check_table(
-    table: Mapping[str, Any], scene: Any, there: Sequence[tuple[str, ...]],
+    table: Mapping[str, Any], scene: Any, there: Iterable[tuple[str, ...]],
     example: float | str = "...",
 ) -> Refusals:  # fmt: skip
-    """Names of pairs or triples that there are not, two values of one, and those without.
+    """Names of species, pairs or triples that there are not, two values of one, those without any.
 
     Names may be read from either end; all ``there`` are, each as its lesser direction. The example
     is a usual value, or '' where values may be left out.
     """
-    species, known, wrong = set(scene.species), set(there), False
+    there, species, wrong = list(there), set(scene.species), False
+    known = set(there)
     for name, value in table.items():
         along = tuple(name.split())
         back = " ".join(along[::-1])
         problems = [no_species(each, scene.species) for each in {*along} - species]
-        if not problems and min(along, along[::-1]) not in known:
+        if there and len(along) != len(there[0]):
+            allowed = list(NAMES.values())[len(there[0]) - 1]
+            problems = [f"{name!r} is no name here; allowed: {allowed}"]
+        elif not problems and min(along, along[::-1]) not in known:
             allowed = ", ".join(repr(" ".join(each)) for each in there[:MOST_NAMED])
             problems.append(f"no molecule has these beads bonded; allowed: {allowed}")
         if name < back and (other := table.get(back, value)) != value:
@@ -299,4 +289,4 @@ def check_table(
     for along in () if wrong or example == "" else there:
         name, back = " ".join(along), " ".join(along[::-1])
         if name not in table and back not in table:
-            yield "", f"no value for the pair {name!r}; add '{name}: {example}'"
+            yield "", f"no value for {name!r}; add '{name}: {example}'"

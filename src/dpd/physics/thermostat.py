@@ -29,7 +29,6 @@ from dpd.page import (
     NotNegative,
     Refusals,
     Term,
-    check_species,
     check_table,
     inside,
     setting,
@@ -60,15 +59,9 @@ class Thermostat(Term, key="thermostat"):
     noise: Literal["uniform", "gaussian"] = setting("Distribution of the noise.", "uniform")
 
     def unknown(self, scene: Any) -> Refusals:
-        table = self.gamma if isinstance(self.gamma, dict) else {}
-        single = [name for name in table if " " not in name]
-        if self.kind == "dpd" and single:
-            text = f"one value for each pair of species: write '{single[0]} {single[0]}'"
-            yield f"gamma.{single[0]}", text
-        elif table and self.kind == "dpd":
-            yield from inside("gamma", check_table(table, scene, scene.pairs, 4.5))
-        elif table:
-            yield from inside("gamma", check_species(table, scene.species, 4.5))
+        if isinstance(self.gamma, dict):
+            there = scene.pairs if self.kind == "dpd" else zip(scene.species)
+            yield from inside("gamma", check_table(self.gamma, scene, there, 4.5))
 
     def frictions(self) -> list[float]:
         return list(self.gamma.values()) if isinstance(self.gamma, dict) else [self.gamma]

@@ -16,11 +16,11 @@ import numpy as np
 
 from dpd.digest import ROOT, shortened, value_digest
 from dpd.errors import UserError, suggestion
-from dpd.own import blame, explained
+from dpd.own import blame, blaming
 from dpd.page import Calculation, Quantity
 from dpd.pipeline.sweep import Axis, SweepFile, axes_of, placed, places
 from dpd.scene.yaml import read_section
-from dpd.sources import calculation_sources, calculations_file
+from dpd.sources import calculations_file, stage_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -137,7 +137,7 @@ def calculate(sweep: TheorySweep, progress: Callable[[int], None] | None = None)
         "calculation": sweep.calculation,
         "axes": " ".join(names),
         "description": _description(sweep),
-        "sources": calculation_sources(sweep.paper),
+        "sources": stage_digest("calculate", calculations_file(sweep.paper)),
         "points": sweep.digest,
         "seconds": time.perf_counter() - begun,
     }
@@ -146,15 +146,13 @@ def calculate(sweep: TheorySweep, progress: Callable[[int], None] | None = None)
 
 def _calculated(point: TheoryPoint) -> dict[str, Quantity]:
     """What a calculation finds at one point, refused if it has no solution or is broken."""
-    calculation = point.calculation
-    try:
-        found = calculation.calculate()
+    calculation, place = point.calculation, f"{point.where}: {point.calculation.key}"
+    with blaming(calculation, place):
+        try:
+            found = calculation.calculate()
+        except ValueError as problem:
+            raise UserError(f"{place}: {problem}") from None
         return {name: Quantity(*value) for name, value in found.items()}
-    except ValueError as problem:
-        raise UserError(f"{point.where}: {calculation.key}: {problem}") from None
-    except Exception as problem:  # whatever a paper's own file may raise
-        said = explained(problem, type(calculation))
-        raise UserError(f"{point.where}: {calculation.key}: calculations.py: {said}") from None
 
 
 def _description(sweep):

@@ -304,7 +304,7 @@ def simulate(
     )
     sidecars = sum(getattr(observer, "file_bytes", 0) for observer in observers)
     files.check_room(keeper.path if keeper else path, COPIES * size + sidecars)
-    running, lost = time.perf_counter() - COMPILING.seconds, -1
+    running, lost = time.perf_counter() - COMPILING.duration, -1
     try:
         done = run_steps(
             simulation, scene.steps, observers, keeper, progress, options.every_seconds or 0.0,
@@ -316,7 +316,7 @@ def simulate(
         done = lost = problem.step
     except UserError as problem:
         raise _with_place(problem, scene, keeper) from None
-    now, compiled = time.perf_counter(), COMPILING.seconds
+    now, compiled = time.perf_counter(), COMPILING.duration
     timed = {
         "lost_step": lost,
         "seconds": now - begun,

@@ -18,7 +18,7 @@ from dpd.page import (
     Section,
     Species,
     Term,
-    check_species,
+    check_table,
     find,
     inside,
     names,
@@ -181,7 +181,7 @@ class Basics(Section):
 def unknown_names(scene: Any) -> Refusals:
     """Axes and species that settings name, and that are not there."""
     if "mass" in scene.data:
-        yield from inside("mass", check_species(scene.data["mass"], scene.species, ""))
+        yield from inside("mass", check_table(scene.data["mass"], scene, zip(scene.species), ""))
     for key, term in scene.terms.items():
         yield from inside(key, term.unknown(scene))
     observe = {f"observe.{key}": page for key, page in scene.observe.items()}
@@ -195,7 +195,8 @@ def unknown_names(scene: Any) -> Refusals:
 def _unknown(scene, of, value):
     """Axes or species of a setting that are not there."""
     if isinstance(value, dict):
-        yield from check_species(value, scene.species, "..." if of == "species" else "")
+        example = "..." if of == "species" else ""
+        yield from check_table(value, scene, zip(scene.species), example)
         return
     for name in value if isinstance(value, list) else [value]:
         if of == "axis" and name in AXES[scene.dimension :]:

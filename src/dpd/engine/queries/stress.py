@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd.engine.bonded import (
-    Angles,
     Arms,
-    Bonds,
+    Bonded,
     add_angles,
     add_bonds,
     angle_curvature,
@@ -45,8 +44,8 @@ class Acting(NamedTuple):
     pair: Any
     many_body: Any
     density: np.ndarray | None  # (n,): about the bead in each slot
-    bonds: Bonds | None  # in one batch, as angles are
-    angles: Angles | None
+    bonds: Bonded | None  # in one batch, as angles are
+    angles: Bonded | None
     identity: np.ndarray  # (n,) uint32
     slot: np.ndarray | None  # (n,) uint32: where to put that of each identity
     arms: Arms | None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd import files
-from dpd.engine.loop import arrays_of, checksum_of, put_back
+from dpd.engine.loop import arrays_of, put_back
 from dpd.engine.state import State
 from dpd.errors import UserError, shown
 from dpd.particles import read
@@ -56,30 +56,26 @@ def write_start(
     """Make the first configuration of a scene, see `make_start`, and write it."""
     begun = time.perf_counter()
     state = make_start(scene, progress, say)
-    arrays = arrays_of(state, ())
     attributes: dict[str, Any] = {
         "scene": json.dumps(scene.data),  # of one of the runs that share the start
         "start": json.dumps(start_description(scene)),
         "start_digest": start_digest(scene),
         "start_sources": start_sources(scene),
-        "checksum": checksum_of(arrays),
         "seconds": time.perf_counter() - begun,
     }
-    files.write(path, {}, attributes, {STATE: arrays})
+    files.write(path, {}, attributes, {STATE: arrays_of(state, ())})
 
 
 def read_start(scene: Scene, path: str | Path) -> State:
-    """Read a first configuration; refused if of another scene or other sources, or damaged."""
-    attributes, arrays = files.attributes(path), files.read_group(path, STATE)
+    """Read a first configuration; refused if of another scene or other sources."""
+    attributes = files.attributes(path)
     if (found := attributes.get("start_digest")) != start_digest(scene):
         raise UserError(
             f"{path}: not the first configuration of {scene.where} (start_digest {found}, now "
             f"{start_digest(scene)}); {REMEDY}"
         )
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
-    if attributes.get("checksum") != checksum_of(arrays):
-        raise UserError(f"{path}: is damaged, or was changed after it was made; {REMEDY}")
-    return put_back(arrays, ())
+    return put_back(files.read_group(path, STATE), ())
 
 
 def begin(
