@@ -14,7 +14,6 @@ from dpd.analysis.collect import RECORDED, collect, save
 from dpd.analysis.interfaces import (
     bulk_fraction,
     chi_and_error,
-    chi_of_composition,
 )
 from dpd.analysis.statistics import (
     block_mean_and_error,
@@ -184,8 +183,8 @@ def test_tails_of_interfaces_are_taken_off(decay, height):
 def test_chi_carries_the_error():
     """The error of chi is that of the fraction times the slope; no minority, no chi."""
     chi, error = chi_and_error(0.02, 0.001, 2)
-    spread = [chi_of_composition(0.02 + s, 2) for s in (-0.001, 0.001)]
-    assert chi == pytest.approx(chi_of_composition(0.02, 2))
+    spread = [chi_and_error(0.02 + s, 0.0, 2)[0] for s in (-0.001, 0.001)]
+    assert chi == pytest.approx(np.log(49) / 0.96 / 2)
     assert error == pytest.approx((spread[0] - spread[1]) / 2, rel=0.01)
     assert np.isnan(chi_and_error(0.0, 0.0)[0])
     assert np.isnan(chi_and_error(0.6, 0.1)[0])

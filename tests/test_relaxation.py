@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import dpd
-from dpd.analysis.diffusion import Resampled, chain_dynamics, relaxation_time, straightness
+from dpd.analysis.diffusion import Resampled, chain_dynamics, relaxation_time
+from paper_figures.nikunen_2007.fig04_chains import straightness
 
 FRICTION, STIFFNESS, CHAINS = 20.0, 2.0, 200
 # Beads that feel each other by a spring alone, and a bath: Rouse chains of two beads.

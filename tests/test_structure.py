@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from dpd.analysis.statistics import block_mean_and_error, jackknife
-from dpd.analysis.structure import fall, rise
+from dpd.analysis.structure import rise
+from paper_figures.nikunen_2007.shared import fall
 
 LEVEL = 0.05
 

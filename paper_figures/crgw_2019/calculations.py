@@ -122,16 +122,15 @@ class ChainRepulsion(Calculation, key="chain_repulsion"):
     )  # fmt: skip
 
     def calculate(self) -> dict[str, Quantity]:
-        from dpd.theory import equation_of_state
+        from dpd.theory.equation_of_state import crgw, gw, repulsion_of, rgw
         from paper_figures.crgw_2019.bonds import rest_length
 
         beads, length, of_beads = self.beads, self.length, self.beads * self.density
         if self.equation == "crGW":
-            found = equation_of_state.crgw_repulsion(self.density, self.pressure, beads, length)
-        elif self.equation == "rGW":
-            found = equation_of_state.rgw_repulsion(of_beads, self.pressure)
+            found = repulsion_of(self.pressure, crgw, self.density, beads, length)
         else:
-            found = equation_of_state.gw_repulsion(of_beads, self.pressure)
+            equation = rgw if self.equation == "rGW" else gw
+            found = repulsion_of(self.pressure, equation, of_beads)
         repulsion, rest = float(found), NAN
         if self.stiffness is not None:
             rest = rest_length(self.stiffness, repulsion, length, of_beads, beads)

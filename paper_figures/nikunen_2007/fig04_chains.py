@@ -7,14 +7,16 @@ from dpd.analysis.collect import first_scene, padded
 from dpd.analysis.diffusion import (
     DIFFUSES,
     SETTLED,
+    TAIL_HIGH,
+    TAIL_LOW,
     chain_dynamics,
+    decay_time,
     diffusion_constant,
     displacements,
     end_to_end,
     in_tail,
     power,
     relaxation_time,
-    straightness,
 )
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, linear_fit
 from dpd.analysis.structure import blocks_of
@@ -43,6 +45,7 @@ from paper_figures.nikunen_2007.shared import (
 )
 
 ROOM = shown_by(__file__)["box_rule"].low  # box over mean end-to-end distance
+EARLY, LATE = (0.3, TAIL_HIGH), (TAIL_LOW, 0.4)  # parts of the tail of a correlation
 
 TITLE = (
     "Radius of gyration over N^(1/2) (a), and autocorrelation of the end-to-end vector for a 100, "
@@ -67,7 +70,7 @@ OTHERS = ("a50", "a150", "a200")
 LONG = 32  # beads from which on a chain is long beside its stiffness, one or two bonds
 SHORT = 8  # from which on exponents of sets are compared
 BOX = 16  # length of the chains in the small box
-FEWEST = 4  # lengths that can tell a line from another curve
+FEWEST = 4  # lengths or lags that can tell a line from another curve
 MEAN = np.sqrt(8 / (3 * np.pi))  # mean distance over its root mean square, of a Gaussian vector
 
 
@@ -109,6 +112,18 @@ def compute(sweeps):
             unit = "r_c" if "gyration" in name or "end_to_end" in name else "1"
             data[name] = (dimension, list(column), {"units": unit})
     return data
+
+
+def straightness(found, square):
+    """tau from the early part of the tail over tau from its late part, with its error.
+
+    1 of an exponential; NaN where a part has fewer than four lags.
+    """
+    early, late = (in_tail(found.value / square, *limits) for limits in (EARLY, LATE))
+    if min(early.sum(), late.sum()) < FEWEST:
+        return np.nan, np.nan
+    time = found.time
+    return found.derived(lambda c: decay_time(time, c, early) / decay_time(time, c, late))
 
 
 def _diffusion_in_box(sweeps):

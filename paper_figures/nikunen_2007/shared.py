@@ -3,7 +3,7 @@
 import numpy as np
 
 from dpd.analysis.statistics import block_mean_and_error, jackknife
-from dpd.analysis.structure import blocks_of, fall, rise
+from dpd.analysis.structure import blocks_of, on_flank, rise
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED
 
 # Parameter sets, named after their repulsion a; the spring constant k is 2 a. Their colours.
@@ -45,6 +45,12 @@ def criterion(at):
         jackknife(blocks_of(at.rdf), lambda mean: rise(r, mean)),
         jackknife(blocks_of(at.bond_density), lambda mean: fall(length, mean)),
     )
+
+
+def fall(length, density, level=0.05):
+    """Length at which a density last falls to a level; NaN where it does not within the bins."""
+    last = int(np.flatnonzero(density >= level)[-1])
+    return np.nan if last + 1 == len(density) else on_flank(length, density, last, last + 1, level)
 
 
 def bond_statistics(at):

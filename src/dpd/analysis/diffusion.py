@@ -38,7 +38,6 @@ OVERLAP = 1.2
 DECADE = 10.0  # factor in time over which shared motion is measured
 
 TAIL_LOW, TAIL_HIGH = 0.15, 0.6  # of C(t) / C(0), where its slowest mode alone is left
-EARLY, LATE = (0.3, TAIL_HIGH), (TAIL_LOW, 0.4)  # parts of the tail
 TEN = 10.0  # relaxation times that a run has to last
 SETTLED = 2.0  # and to settle before: of a wrong R^2 at the start 2 to 14 % are left
 # Relaxation times between which D is taken, of chains of any length: a run of ten has these lags.
@@ -271,24 +270,12 @@ def relaxation_time(found: Resampled, square: float) -> tuple[float, float]:
     inside = in_tail(found.value / square)
     if inside.sum() < FEWEST:
         return np.nan, np.nan
-    value, error = found.derived(lambda c: _tau(found.time, c, inside))
+    value, error = found.derived(lambda c: decay_time(found.time, c, inside))
     return float(value), float(error)
 
 
-def straightness(found: Resampled, square: float) -> tuple[float, float]:
-    """tau from the early part of the tail over tau from its late part, with its error.
-
-    1 of an exponential; NaN where a part has fewer than four lags.
-    """
-    early, late = (in_tail(found.value / square, *limits) for limits in (EARLY, LATE))
-    if min(early.sum(), late.sum()) < FEWEST:
-        return np.nan, np.nan
-    value, error = found.derived(lambda c: _tau(found.time, c, early) / _tau(found.time, c, late))
-    return float(value), float(error)
-
-
-def _tau(time, correlation, inside):
-    """From a straight line through ln C(t) at some lags."""
+def decay_time(time: np.ndarray, correlation: np.ndarray, inside: np.ndarray) -> float:
+    """tau of a straight line through ln C(t) at some lags."""
     return -1.0 / np.polyfit(time[inside], np.log(np.maximum(correlation[inside], 1e-9)), 1)[0]
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 from scipy.optimize import curve_fit, minimize_scalar
 
@@ -233,19 +232,16 @@ def bulk_fraction(profile: np.ndarray, distance: np.ndarray, widest: float) -> f
     return max(0.0, float(bulk))
 
 
-def chi_of_composition(phi: npt.ArrayLike, length: float = 1) -> float | np.ndarray:
-    """chi from the minority fraction of two coexisting phases, Groot and Warren 1997, Eq. 18."""
-    phi = np.asarray(phi, dtype=float)
-    return np.log((1 - phi) / phi) / (1 - 2 * phi) / length
-
-
 def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float, float]:
-    """chi of a minority fraction, and its error; NaN of none, or where the phases have mixed."""
+    """chi from the minority fraction of two phases (Groot and Warren 1997, Eq. 18), and its error.
+
+    NaN of a fraction of none, or where the phases have mixed.
+    """
     if not 0 < fraction < 0.5:
         return np.nan, np.nan
     odds, skew = np.log((1 - fraction) / fraction), 1 - 2 * fraction
     slope = (2 * odds / skew**2 - 1 / (fraction * (1 - fraction) * skew)) / length
-    return float(chi_of_composition(fraction, length)), float(abs(slope)) * error
+    return float(odds / skew / length), float(abs(slope)) * error
 
 
 def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:

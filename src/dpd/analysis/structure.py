@@ -141,12 +141,6 @@ def rise(r: np.ndarray, g: np.ndarray, level: float = 0.05) -> float:
     return float(r[0]) if above == 0 else on_flank(r, g, above - 1, above, level)
 
 
-def fall(length: np.ndarray, density: np.ndarray, level: float = 0.05) -> float:
-    """Length at which a density last falls to a level; NaN where it does not within the bins."""
-    last = int(np.flatnonzero(density >= level)[-1])
-    return np.nan if last + 1 == len(density) else on_flank(length, density, last, last + 1, level)
-
-
 def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) -> float:
     """Where a flank has a level, given the bins on either side of it.
 

@@ -346,7 +346,7 @@ def parameters(options: Namespace) -> None:
     GW: Groot and Warren 1997; rGW: Liyana-Arachchi et al. 2015; crGW: Minkara et al. 2019, which
     alone knows of bonds.
     """
-    from dpd.theory.equation_of_state import crgw, crgw_repulsion, gw_repulsion, rgw_repulsion
+    from dpd.theory.equation_of_state import crgw, gw, repulsion_of, rgw
 
     rho, m, wanted = options.density, options.beads, options.pressure
     if m > 1 and options.length is None:
@@ -354,9 +354,9 @@ def parameters(options: Namespace) -> None:
     length = options.length or 0.0
     try:
         repulsions = {
-            "GW": gw_repulsion(m * rho, wanted),
-            "rGW": rgw_repulsion(m * rho, wanted),
-            "crGW": crgw_repulsion(rho, wanted, m, length),
+            "GW": repulsion_of(wanted, gw, m * rho),
+            "rGW": repulsion_of(wanted, rgw, m * rho),
+            "crGW": repulsion_of(wanted, crgw, rho, m, length),
         }
         pressures = [crgw(rho, a, m, length) for a in repulsions.values()]
     except ValueError as problem:

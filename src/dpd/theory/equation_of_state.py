@@ -12,7 +12,7 @@ Arguments are numbers or arrays; arrays are broadcast against each other.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -107,8 +107,10 @@ def crgw(
     >>> round(float(crgw(3.432, 8.57, 2, 0.39)), 1)
     42.0
     """
-    strength = _above_zero("repulsion a", a)
-    rho, strength, beads, bond = _chains(rho_chain, strength, m, length)
+    rho, strength = _above_zero("density of chains", rho_chain), _above_zero("repulsion a", a)
+    m = checked("number of beads", m, lambda m: (m >= 1) & (m == np.round(m)), "1, 2, 3, ...")
+    length = checked("bond length", length, lambda x: (x >= 0) & (x <= R[-1]), f"0 to {R[-1]:g}")
+    rho, strength, beads, bond = np.broadcast_arrays(rho, strength, m, length)
     x = beads * rho
     slope = ln_y_slope(x, strength, bond, where=beads > 1)
     bonds = ETA * (beads - 1) / (beads + BETA) * slope
@@ -128,51 +130,26 @@ def ln_y_slope(
     return np.reshape(slopes, points.shape)
 
 
-def gw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np.ndarray:
-    """The repulsion at which `gw` gives a pressure. Raises `ValueError` if none does."""
-    rho, p = _above_zero("density", density), _above_zero("pressure", pressure)
-    _above_ideal(rho, p)
-    return (p - rho) / (ALPHA * rho**2)
+def repulsion_of(
+    pressure: npt.ArrayLike, equation: Callable, density: npt.ArrayLike, *chain: npt.ArrayLike
+) -> float | np.ndarray:
+    """The repulsion at which `gw`, `rgw` or `crgw` gives a pressure.
 
-
-def rgw_repulsion(density: npt.ArrayLike, pressure: npt.ArrayLike) -> float | np.ndarray:
-    """The repulsion at which `rgw` gives a pressure. Raises `ValueError` if none does."""
-    rho, p = _above_zero("density", density), _above_zero("pressure", pressure)
-    _above_ideal(rho, p)
-    return np.vectorize(
-        lambda rho, p: _repulsion(lambda a: float(rgw(rho, a)), rho, p), otypes=[float]
-    )(rho, p)[()]
-
-
-def crgw_repulsion(
-    rho_chain: npt.ArrayLike, pressure: npt.ArrayLike, m: npt.ArrayLike = 1,
-    length: npt.ArrayLike = 0.0,
-) -> float | np.ndarray:  # fmt: skip
-    """The repulsion at which `crgw` gives a pressure. Raises `ValueError` if none does.
+    ``density``, ``chain``: what the equation takes before and behind the repulsion. Raises
+    `ValueError` if no repulsion does.
 
     Examples
     --------
-    >>> round(float(crgw_repulsion(3.432, 41.89, 2, 0.39)), 2)
+    >>> round(float(repulsion_of(41.89, crgw, 3.432, 2, 0.39)), 2)
     8.54
     """
-    p = _above_zero("pressure", pressure)
-    rho, p, beads, bond = _chains(rho_chain, p, m, length)
-    _above_ideal(rho, p)
-    return np.vectorize(
-        lambda rho, p, *chain: _repulsion(lambda a: float(crgw(rho, a, *chain)), rho, p),
-        otypes=[float],
-    )(rho, p, beads, bond)[()]
+    p, rho = _above_zero("pressure", pressure), _above_zero("density", density)
+    found = np.vectorize(partial(_repulsion, equation), otypes=[float])
+    return found(p, rho, *chain)[()]
 
 
 def _above_zero(name, values):
     return checked(name, values, lambda x: x > 0, "numbers above 0")
-
-
-def _chains(rho_chain, values, m, length):
-    rho = _above_zero("density of chains", rho_chain)
-    m = checked("number of beads", m, lambda m: (m >= 1) & (m == np.round(m)), "1, 2, 3, ...")
-    length = checked("bond length", length, lambda x: (x >= 0) & (x <= R[-1]), f"0 to {R[-1]:g}")
-    return np.broadcast_arrays(rho, values, m, length)
 
 
 @lru_cache(maxsize=1024)
@@ -184,8 +161,17 @@ def _slopes(density, a):
     return (upper.gamma - lower.gamma)[:, 0, 0] / (2 * step)
 
 
-def _repulsion(pressure_of: Callable[[float], float], ideal: float, wanted: float) -> float:
+def _repulsion(equation, wanted, ideal, *chain):
     """A repulsion that gives a pressure, found between powers of 2."""
+    if wanted <= ideal:
+        raise ValueError(
+            f"pressure: no repulsion gives {wanted:g}; allowed: more than {ideal:g}, the pressure "
+            "of an ideal gas of this density"
+        )
+
+    def pressure_of(a):
+        return float(equation(ideal, a, *chain))
+
     weak = pressure_of(SMALLEST)
     if weak >= wanted:  # the pressure is linear there
         return SMALLEST * (wanted - ideal) / (weak - ideal)
@@ -203,12 +189,3 @@ def _repulsion(pressure_of: Callable[[float], float], ideal: float, wanted: floa
         f"pressure: no repulsion up to {high:g} gives {wanted:g}, and that gives {most:.5g}; "
         "allowed: less, or a higher density"
     )
-
-
-def _above_ideal(ideal, pressure):
-    for least, wanted in np.broadcast(ideal, pressure):
-        if wanted <= least:
-            raise ValueError(
-                f"pressure: no repulsion gives {wanted:g}; allowed: more than {least:g}, the "
-                "pressure of an ideal gas of this density"
-            )

@@ -72,11 +72,6 @@ class Structure(NamedTuple):
         """Logarithm of the cavity functions y = exp(u) g, (*distance.shape, n, n)."""
         return at_distances(self.gamma, distance)
 
-    def structure_factors(self) -> np.ndarray:
-        """delta_ij + sqrt(rho_i rho_j) h_ij(k) at the wave numbers `K`, (POINTS, n, n)."""
-        root = np.sqrt(self.densities)
-        return np.eye(len(root)) + root[:, None] * transform(self.h) * root
-
 
 def solve(
     densities: npt.ArrayLike, repulsions: npt.ArrayLike, start: Structure | None = None
