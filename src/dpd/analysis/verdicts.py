@@ -7,16 +7,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-import pandas as pd
 from pydantic import Field
 
 from dpd.digest import paper_folder, shortened
 from dpd.errors import UserError, suggestion
 from dpd.page import Refusals, Section, setting
 from dpd.scene.yaml import read_section, read_yaml
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 COLUMNS = [
     "paper", "figure", "quantity", "where", "kind", "limits", "published", "published_error",
@@ -249,6 +251,8 @@ def rows(
     a measured name is not published, or a published number has no counterpart and no reason for
     that.
     """
+    import pandas as pd  # the Snakefile, which reads published numbers, does without
+
     entries = {k: e for k, e in published(paper).items() if e["figure"] == figure}
     unknown = set(measured) - set(entries)
     if unknown:
