@@ -31,7 +31,7 @@ from dpd.sources import calculations_file, kernels_name, run_sources, stage_dige
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
-os.environ.update(here, PYTHONPATH=str(ROOT / "src"), MPLBACKEND="Agg")
+os.environ.update(here, PYTHONPATH=f"{ROOT / 'src'}:{ROOT}", MPLBACKEND="Agg")
 
 
 # Results belong to the repository, wherever snakemake is called from, unless -d says otherwise.

@@ -37,7 +37,7 @@ if CALCULATED:
         params:
             study=STUDY,
             sources=lambda wildcards: stage_digest("calculate", calculations_file(wildcards.paper)),
-            points=lambda wildcards: PAPERS[wildcards.paper].theory[wildcards.sweep].digest,
+            points=lambda wildcards: PAPERS[wildcards.paper].theory[wildcards.sweep].calculated_digest,
         wildcard_constraints:
             paper=only_before(CALCULATED),
         resources:

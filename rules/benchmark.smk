@@ -15,7 +15,7 @@ rule measure:
         runtime=lambda wildcards, attempt: 240 * attempt,
         mem_mb=lambda wildcards, attempt: 4000 * attempt,
     shell:
-        "python -m dpd measure {wildcards.measurement:q} -o {output:q} 2>&1 | tee -i {log:q}"
+        "python -m benchmarks measure {wildcards.measurement:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
 rule benchmark:

@@ -17,7 +17,6 @@ from benchmarks.lammps import (
 from benchmarks.measure import measure
 from benchmarks.systems import workload
 from benchmarks.tension import profiles_known
-from dpd.commands import pipeline
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import nearest
 from dpd.errors import UserError
@@ -195,13 +194,6 @@ def test_whole_runs_beside_the_bare_loop(name):
     """Of a small system in the place of the real one: both rates."""
     scene = workload(name, box=6, steps={"sample": 60}, start={})
     assert (whole_run(scene, make_start(scene), turns=2) > 0).all()
-
-
-def test_outside_of_a_clone(tmp_path, monkeypatch):
-    """Speed is not measured, and a sentence says where it is."""
-    monkeypatch.setattr(pipeline, "ROOT", tmp_path)
-    with pytest.raises(UserError, match="in a clone of the repository"):
-        pipeline.benchmarks()
 
 
 FIGURES = ("lammps", "scaling", "features", "tension")

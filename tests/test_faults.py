@@ -73,7 +73,6 @@ STAGES = {
     "run": ("run", "scene.yaml"),
     "simulate": ("simulate", *POINT),
     "collect": ("collect", *POINT[:3], "--runs", "runs"),
-    "measure": ("measure", "lammps"),
 }
 BAD_OUTPUTS = [
     *itertools.product(("run",), OUTPUTS | BESIDE),
@@ -96,7 +95,6 @@ STAGES_OF_TEXT = {
     "compile": ("smoke", POINT[1], "-o", "made.txt"),
     "verdicts": ("some.csv", "-o", "made.csv"),
     "report": ("smoke", POINT[1], "--results", "results", "-o", "made.html"),
-    "schemes": ("smoke", "-o", "made.yaml"),
 }
 
 
@@ -157,9 +155,6 @@ READERS = {
     "figure": (
         SWEEPS / "interface.nc",
         ("figure", *POINT[:2], "fig06_interface", "--data", SWEEPS / "interface.nc", "-o", "made"),
-    ),
-    "schemes": (
-        RESULTS / "benchmark/figures/fluid_accuracy.nc", ("schemes", "smoke", "-o", "made.yaml")
     ),
     "verdicts": (FIGURES / "one.csv", ("verdicts", FIGURES / "one.csv", "-o", "made.csv")),
     "archive": (RESULTS / "verdicts.csv", ("archive", "smoke")),

@@ -75,8 +75,8 @@ def test_a_study_with_another_seed(config):
     assert len(seeds) == 2 * sum(len(sweep.points) for sweep in one.sweeps.values())
     for first, second in zip(one.theory.values(), other.theory.values()):
         for a, b in zip(first.points, second.points):
-            given, sampled = a.calculation.plain(), "seed" in type(a.calculation).model_fields
-            assert b.calculation.plain() == (given | {"seed": 2} if sampled else given)
+            given, sampled = a.scene.plain(), "seed" in type(a.scene).model_fields
+            assert b.scene.plain() == (given | {"seed": 2} if sampled else given)
     for wrong in ("smoke-seed1", "smoke-seed02", "smoke-seed0"):
         with pytest.raises(UserError, match="is none of the studies"):
             read_study(wrong)

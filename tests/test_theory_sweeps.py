@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from dpd.analysis.collect import save
+from dpd.analysis.collect import calculate, save
 from dpd.analysis.structure import derive
 from dpd.commands.main import main
 from dpd.errors import UserError
 from dpd.pipeline.jobs import as_text, plan
 from dpd.pipeline.paper import Paper, read_paper
 from dpd.pipeline.paths import Results
-from dpd.pipeline.sweep import SweepFile, resolved
-from dpd.pipeline.theory import calculate, unfold_theory
+from dpd.pipeline.sweep import SweepFile, resolved, unfold
 from dpd.scene.yaml import read_section
 from paper_figures.crgw_2019.calculations import MonomerFluid
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
@@ -28,7 +27,7 @@ GIVEN = {
 
 def unfolded(given=GIVEN):
     """A sweep of theory."""
-    return unfold_theory(PAPER, "fluids", SweepFile(**given), "sweeps.fluids")
+    return unfold(PAPER, "fluids", SweepFile(**given), "sweeps.fluids")
 
 
 def test_points_and_values_are_those_of_the_axes():
@@ -38,10 +37,10 @@ def test_points_and_values_are_those_of_the_axes():
         "density=2,repulsion=10", "density=2,repulsion=25",
         "density=3,repulsion=10", "density=3,repulsion=25",
     ]  # fmt: skip
-    assert sweep.points[1].calculation.plain() == {"density": 2, "repulsion": 25}
+    assert sweep.points[1].scene.plain() == {"density": 2, "repulsion": 25}
     longer = GIVEN | {"axes": {"density": {"set": "monomer_fluid.density", "values": [3]}}}
-    assert unfolded(longer).digest != sweep.digest
-    data = calculate(sweep)
+    assert unfolded(longer).calculated_digest != sweep.calculated_digest
+    data = calculate(PAPER, sweep)
     assert data.pressure.dims == ("density", "repulsion")
     assert data.rdf.dims == ("density", "repulsion", "r")
     assert data.repulsion.attrs["units"] == "kT / r_c"
@@ -54,14 +53,14 @@ def test_points_and_values_are_those_of_the_axes():
 def test_what_cannot_be_calculated_is_refused():
     """With file, key, and what is allowed; of a paper without calculations, what to write."""
     for theory, said in (
-        ({"monomer": {}}, "no calculation 'monomer'; .*did you mean 'monomer_fluid'"),
-        ({}, "need one calculation; allowed: monomer_fluid"),
+        ({"monomer": {}}, "need one calculation, not monomer; .*did you mean 'monomer_fluid'"),
+        ({}, "need one calculation, not none; .*monomer_fluid"),
         ({"monomer_fluid": {"density": 3, "repulsion": 1, "a": 2}}, "unknown key 'a'; allowed: de"),
     ):
         with pytest.raises(UserError, match=said):
             unfolded({"theory": theory, "axes": {}})
     with pytest.raises(UserError, match=r"no file paper_figures/liu_2008/calculations\.py; write"):
-        unfold_theory("liu_2008", "fluids", SweepFile(**GIVEN), "sweeps.fluids")
+        unfold("liu_2008", "fluids", SweepFile(**GIVEN), "sweeps.fluids")
 
 
 def test_a_calculation_that_fails_is_one_sentence(monkeypatch):
@@ -70,10 +69,10 @@ def test_a_calculation_that_fails_is_one_sentence(monkeypatch):
     theory = {"monomer_fluid": {"density": 8, "repulsion": 1e6}}
     said = "no solution at density 8 and repulsion 1e[+]06; the last state that converged has"
     with pytest.raises(UserError, match=rf"fluids \(density=8\).*monomer_fluid: .*{said}"):
-        calculate(unfolded({"theory": theory, "axes": {"density": density}}))
+        calculate(PAPER, unfolded({"theory": theory, "axes": {"density": density}}))
     monkeypatch.setattr(MonomerFluid, "calculate", lambda self: {"pressure": 1 / 0})
     with pytest.raises(UserError, match=r"sweeps.fluids .*: monomer_fluid: .*ZeroDivisionError"):
-        calculate(unfolded())
+        calculate(PAPER, unfolded())
 
 
 def test_keys_of_the_other_kind_are_refused():
@@ -102,7 +101,7 @@ def test_a_scene_takes_a_value_that_is_calculated(tmp_path):
     """Repulsion and rest length of the trimers, each of its own point."""
     paper = read_paper(PAPER, "smoke", only=["trimers", "trimer_repulsions"])
     sweep, source = paper.sweeps["trimers"], paper.theory["trimer_repulsions"]
-    data = calculate(source)
+    data = calculate(PAPER, source)
     path = tmp_path / "derived.csv"
     derive(sweep, {"trimer_repulsions": data}).to_csv(path, index=False)
     for point in resolved(sweep, path).points:
@@ -127,9 +126,9 @@ def test_a_plan_knows_the_sweep(tmp_path, monkeypatch):
     theory = {"fluids": unfolded()}
     paper = Paper("mine", "", "", {}, (), {}, (), theory)
     (row,) = plan([paper], "smoke")
-    assert (row["runs"], row["beads"], row["bead_steps"]) == (4, 0, 0)
+    assert (row["runs"], row["beads"], row["disk"]) == (4, 0, 0)
     assert " - " in as_text([row], 2) and np.isnan(row["core_hours"])
-    save(calculate(theory["fluids"]), Results("results/smoke").sweep("mine", "fluids"))
+    save(calculate(PAPER, theory["fluids"]), Results("results/smoke").sweep("mine", "fluids"))
     assert 0 < plan([paper], "smoke")[0]["core_hours"] < 1
 
 

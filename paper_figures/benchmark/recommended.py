@@ -17,7 +17,7 @@ HEAD = """\
 # errors in pressure and in kT are within the tolerance, each with 97.5 % confidence. (Pressure may
 # be right by two errors that cancel. Lowe-Andersen, whose friction is another, is left out.)
 # Measured by the benchmark, snakemake --cores 2 benchmark:
-# python -m dpd schemes quick -o src/dpd/physics/common/automatic.yaml
+# python -m benchmarks schemes quick -o src/dpd/physics/common/automatic.yaml
 # stiffness: a rho and C of the systems that it was measured in."""
 STIFFNESS = {"fluid": "{repulsion: 75}", "melt": "{repulsion: 100, bond: 200}"}
 

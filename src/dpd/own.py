@@ -12,7 +12,7 @@ import os
 import sys
 from contextlib import contextmanager
 from functools import cache
-from importlib import invalidate_caches
+from importlib import import_module, invalidate_caches
 from importlib.util import module_from_spec, spec_from_file_location
 from inspect import signature
 from itertools import combinations_with_replacement
@@ -21,11 +21,22 @@ from traceback import extract_tb
 from types import FunctionType, new_class
 from typing import TYPE_CHECKING, Any
 
-from dpd.digest import cache_folder, text_digest
+from dpd.digest import ROOT, cache_folder, shortened, text_digest
 from dpd.errors import UserError, reason, shown
 from dpd.files import draft_of
-from dpd.page import KINDS, BondForce, Change, Observable, Page, PairForce, Start, Term, names
-from dpd.sources import files_of, page_digest
+from dpd.page import (
+    KINDS,
+    BondForce,
+    Calculation,
+    Change,
+    Observable,
+    Page,
+    PairForce,
+    Start,
+    Term,
+    names,
+)
+from dpd.sources import calculations_file, files_of, page_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -302,3 +313,25 @@ def blaming(page: Page, place: str = "") -> Iterator[None]:
         file = getattr(sys.modules[type(page).__module__], "__file__", "")
         said = blame(problem, [file]) or _said(problem)
         raise UserError(f"{place or f'observe.{page.key}'}: {said}") from None
+
+
+@cache
+def calculations_of(paper: str) -> dict[str, type[Calculation]]:
+    """What a paper's own file calculates, by the keys of its classes."""
+    path = calculations_file(paper)
+    short = shortened(path)
+    if not path.is_file():
+        raise UserError(
+            f"{paper}.yaml: a sweep has 'theory', and there is no file "
+            f"{short}; write it, with a class for each calculation, as "
+            "paper_figures/crgw_2019 has it, or take the sweep out"
+        )
+    if sys.path[0] != str(ROOT):
+        sys.path.insert(0, str(ROOT))
+    try:
+        module = import_module(f"paper_figures.{paper}.{path.stem}")
+    except Exception as problem:  # whatever a file of someone's own may raise
+        said = blame(problem, [str(path)]) or f"{short}: {type(problem).__name__}: {problem}"
+        raise UserError(said) from None
+    found = [each for each in vars(module).values() if isinstance(each, type)]
+    return {each.key: each for each in found if issubclass(each, Calculation) and each.key}

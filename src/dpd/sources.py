@@ -254,7 +254,7 @@ STAGES = {
     "start": ("dpd.scene.scene", "dpd.start.common.files"),
     "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.runs.run"),
     "collect": ("dpd.analysis.collect",),
-    "calculate": ("dpd.pipeline.theory",),
+    "calculate": ("dpd.analysis.collect",),
     "derive": ("dpd.analysis.structure", "dpd.pipeline.sweep"),
     "figure": ("dpd.report.figures",),
     "report": ("dpd.report.page",),

@@ -1,4 +1,4 @@
-"""The runs of a sweep as one labelled dataset."""
+"""The runs of a sweep, or what it calculates, as one labelled dataset."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ from xarray.backends import NetCDF4DataStore
 from dpd import files
 from dpd.analysis.statistics import block_mean_and_error, correlation_time, spread_of_mean, trend
 from dpd.errors import UserError, reason
+from dpd.own import blaming
+from dpd.page import Calculation, Quantity
 from dpd.scene.scene import Scene
-from dpd.sources import run_sources, stage_digest
+from dpd.sources import calculations_file, run_sources, stage_digest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
 
 LAST = "last_"  # what variables of the last configuration begin with: it stays with its run
@@ -49,12 +51,7 @@ def collect(sweep: Any, paths: Iterable[str | Path], any_version: bool = False) 
     """
     begun = time.perf_counter()
     runs = [_read(path, point.scene, any_version) for path, point in zip(paths, sweep.points)]
-    shape = [len(axis.labels) for axis in sweep.axes]
-    names = [axis.name for axis in sweep.axes]
-    data = xr.Dataset(attrs={"sweep": sweep.name})
-    for axis in sweep.axes:
-        data[axis.name] = (axis.name, list(axis.labels))
-        data[axis.name].attrs = {"units": axis.units, "long_name": axis.long_name}
+    data, names, shape = _on_axes(sweep)
 
     def put(name, values, units, long_name, inner=()):
         values = np.array(values)
@@ -101,6 +98,70 @@ def collect(sweep: Any, paths: Iterable[str | Path], any_version: bool = False) 
     data.attrs["collect_sources"] = stage_digest("collect")
     data.attrs["seconds"] = time.perf_counter() - begun
     return data
+
+
+def _on_axes(sweep):
+    """A dataset with the axes of a sweep, their names, and their lengths."""
+    data = xr.Dataset(attrs={"sweep": sweep.name})
+    for axis in sweep.axes:
+        about = {"units": axis.units, "long_name": axis.long_name}
+        data[axis.name] = (axis.name, list(axis.labels), about)
+    return data, [axis.name for axis in sweep.axes], [len(axis.labels) for axis in sweep.axes]
+
+
+def calculate(
+    paper: str, sweep: Any, progress: Callable[[int], object] = lambda done: None
+) -> xr.Dataset:
+    """Calculate a paper's sweep of theory: dimensions are its axes, and those of its arrays.
+
+    ``progress`` is called with the number of points done. A point without a solution is refused
+    with its name and why.
+    """
+    begun, found = time.perf_counter(), []
+    for done, point in enumerate(sweep.points, 1):
+        found.append(_calculated(point.scene, f"{paper}.yaml: sweeps.{sweep.name} ({point.name})"))
+        progress(done)
+    data, names, shape = _on_axes(sweep)
+    for name, first in found[0].items():
+        about = {"units": first.units, "long_name": first.long_name}
+        if first.dims == (name,):
+            data[name] = (name, first.value, about)
+            continue
+        values = np.array([point[name].value for point in found])
+        data[name] = ((*names, *first.dims), values.reshape((*shape, *values.shape[1:])), about)
+    data.attrs |= {
+        "calculation": sweep.points[0].scene.key,
+        "axes": " ".join(names),
+        "description": _description(sweep),
+        "sources": stage_digest("calculate", calculations_file(paper)),
+        "points": sweep.calculated_digest,
+        "seconds": time.perf_counter() - begun,
+    }
+    return data
+
+
+def _calculated(calculation: Calculation, where: str) -> dict[str, Quantity]:
+    """What a calculation finds at one point, refused if it has no solution or is broken."""
+    place = f"{where}: {calculation.key}"
+    with blaming(calculation, place):
+        try:
+            found = calculation.calculate()
+        except ValueError as problem:
+            raise UserError(f"{place}: {problem}") from None
+        return {name: Quantity(*value) for name, value in found.items()}
+
+
+def _description(sweep):
+    """What captions say of the sweep."""
+    axes = "; ".join(
+        f"{axis.long_name} {', '.join(map(str, axis.labels))}"
+        if len(axis.labels) <= 6
+        else f"{axis.long_name} {axis.labels[0]} to {axis.labels[-1]} ({len(axis.labels)} values)"
+        for axis in sweep.axes
+    )
+    return (
+        f"calculated, nothing is simulated: {sweep.points[0].scene.key.replace('_', ' ')}; {axes}."
+    )
 
 
 def name_of(path: str | Path) -> str:

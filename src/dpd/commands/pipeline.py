@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 import sys
 import traceback
@@ -10,13 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dpd.commands import CHECKPOINTS, THREADS, command, option, options_of, positive
-from dpd.digest import ROOT, shortened
+from dpd.digest import shortened
 from dpd.errors import FAILED, Stopped, UserError, suggestion
 
 if TYPE_CHECKING:
     from argparse import Namespace
     from collections.abc import Collection
-    from types import ModuleType
 
     from dpd.pipeline.paper import Paper
     from dpd.pipeline.sweep import Sweep
@@ -48,20 +46,6 @@ def plan(options: Namespace) -> None:
     if options.cores < 1:
         raise UserError(f"--cores: {options.cores} is out of range; allowed: >= 1")
     print(as_text(plan(papers, config["study"]), options.cores))
-
-
-@command()
-def bench(options: Namespace) -> None:
-    """Measure the engine's speed, beside LAMMPS if installed."""
-    benchmarks().bench()
-
-
-def benchmarks() -> ModuleType:
-    """The module `benchmarks.measure`, which stands beside the package in a clone alone."""
-    if not (ROOT / "benchmarks" / "measure.py").is_file():
-        raise UserError("speed is measured in a clone of the repository: change into one")
-    sys.path.insert(0, str(ROOT))
-    return importlib.import_module("benchmarks.measure")
 
 
 @command(
@@ -188,20 +172,13 @@ def _data(options: Namespace, names: Collection[str]) -> dict[str, Path]:
 @command("study", "paper", "sweep", output="sweep.nc")
 def calculate(options: Namespace) -> None:
     """Calculate a sweep of theory."""
-    from dpd.analysis.collect import save
-    from dpd.pipeline.theory import calculate
+    from dpd.analysis.collect import calculate, save
     from dpd.runs import Progress
 
     sweep = _found(_paper(options).theory, options.sweep, "simulate, and then: collect")
     with Progress(len(sweep.points), f"{sweep.name}") as progress:
-        data = calculate(sweep, progress)
+        data = calculate(options.paper, sweep, progress)
     save(data, options.output)
-
-
-@command("name", output="name.nc")
-def measure(options: Namespace) -> None:
-    """Make a measurement of the benchmark."""
-    benchmarks().measure(options.name, options.output, say=lambda line: print(line, flush=True))
 
 
 @command(
@@ -265,17 +242,6 @@ def compare(options: Namespace) -> None:
     from dpd.report.archive import as_text, compared, table_of
 
     print(as_text(compared(table_of(options.one), table_of(options.other))))
-
-
-@command("study", output="automatic.yaml")
-def schemes(options: Namespace) -> None:
-    """Write automatic.yaml, for scheme auto, from the benchmark."""
-    from dpd.pipeline.paths import results_of
-
-    sys.path.insert(0, str(ROOT))  # the benchmark's own, as its figures are
-    from paper_figures.benchmark.recommended import recommendations
-
-    _write(options.output, recommendations(Path(results_of(options.study).figures("benchmark"))))
 
 
 @command(

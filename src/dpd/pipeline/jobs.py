@@ -31,8 +31,7 @@ RATE = 3e6
 GENEROUS = 3  # times what is expected
 BEGINNING = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
 PROCESSES = 1000  # MB of a run without beads, 200 measured, and of the Snakemakes that start it
-BASE_MEMORY = 200.0  # MiB of a process that has imported all and compiled nothing
-COPIES = 4  # of the state while it moves: its own, those sorted, those of a checkpoint
+SPEED = "bead_steps_per_second"
 
 
 def minutes(scenes: Sequence[Scene], attempt: int, longest: int) -> int:
@@ -114,98 +113,81 @@ def _kernels(scene, system):
 
 
 def plan(papers: Iterable[Paper], study: str) -> list[dict[str, Any]]:
-    """Cost of every sweep of some papers: a row each, in the order of `HEADER`, and ``measured``.
+    """Cost of every sweep of some papers: a row each, with hours, and MB of memory and disk.
 
     A sweep's speed is the median of its runs in this study, or else in others; where there are
     none, `RATE` stands for it and ``measured`` is false. Hours of a sweep of theory are NaN until
     it was calculated once.
     """
-    rows = []
+    rows: list[dict[str, Any]] = []
     for paper in papers:
         for sweep in paper.sweeps.values():
-            known = _rates(study, paper.name, sweep.name) or _rates("*", paper.name, sweep.name)
-            rate = median(known or [RATE])
-            row = {"paper": paper.name, "sweep": sweep.name, "rate": rate, "measured": bool(known)}
-            rows.append(row | _cost([point.scene for point in sweep.points], rate))
-        for name, theory in paper.theory.items():
-            path, seconds = results_of(study).sweep(paper.name, name), math.nan
-            with suppress(UserError, AttributeError):
-                seconds = float(files.attribute(path, "seconds"))
+            runs = [results_of(each).run(paper.name, sweep.name, "*") for each in (study, "*")]
+            known = _noted(runs[0], SPEED) or _noted(runs[1], SPEED)
+            rate, scenes = median(known or [RATE]), [point.scene for point in sweep.points]
+            hours = [scene.work / rate / 3600 for scene in scenes]
             rows.append({
-                "paper": paper.name, "sweep": name, "runs": len(theory.points), "beads": 0,
-                "bead_steps": 0.0, "rate": math.nan, "core_hours": seconds / 3600,
-                "longest": seconds / 3600, "memory": BASE_MEMORY, "disk": 0.0,
-                "measured": not math.isnan(seconds),
+                "paper": paper.name, "sweep": sweep.name, "runs": len(scenes),
+                "beads": max(scene.beads for scene in scenes), "rate": rate,
+                "core_hours": sum(hours), "longest": max(hours), "memory": megabytes(scenes, 1),
+                "disk": sum(map(_kept, scenes)), "measured": bool(known),
+            })  # fmt: skip
+        for sweep in paper.theory.values():
+            took = _noted(results_of(study).sweep(paper.name, sweep.name), "seconds")
+            hours = [seconds / 3600 for seconds in took] or [math.nan]
+            rows.append({
+                "paper": paper.name, "sweep": sweep.name, "runs": len(sweep.points), "beads": 0,
+                "rate": math.nan, "core_hours": hours[0], "longest": hours[0],
+                "memory": PROCESSES, "disk": 0.0, "measured": True,
             })  # fmt: skip
     return rows
 
 
-def _rates(study, paper, sweep):
-    """Bead-steps per second of the runs of a sweep that are done."""
+def _noted(pattern, name):
+    """A number that results have as an attribute; a pattern says which."""
     found = []
-    for path in glob.glob(results_of(study).run(paper, glob.escape(sweep), "*")):
+    for path in glob.glob(pattern):
         with suppress(UserError, AttributeError):  # what is damaged will be made anew
-            found.append(float(files.attribute(path, "bead_steps_per_second")))
-    return [rate for rate in found if rate > 0]
+            found.append(float(files.attribute(path, name)))
+    return [number for number in found if number > 0]
 
 
-def _cost(scenes, rate):
-    """Work, hours, and MiB of memory and disk of some runs."""
-    work = [scene.work for scene in scenes]
-    sizes = [_sizes(scene) for scene in scenes]
-    return {
-        "runs": len(scenes), "beads": max(scene.beads for scene in scenes),
-        "bead_steps": float(sum(work)), "core_hours": sum(work) / rate / 3600,
-        "longest": max(work) / rate / 3600,
-        "memory": BASE_MEMORY + max(COPIES * state + kept for state, kept, _ in sizes),
-        "disk": sum(map(sum, sizes)),
-    }  # fmt: skip
-
-
-def _sizes(scene):
-    """MiB of a scene's state, of what its observables keep, and of files that they write."""
+def _kept(scene):
+    """MB of the result of a run, and of the files beside it, at most."""
     from dpd.observe.common.measured import observables
     from dpd.start.common.make import system_of
 
     observers = observables(scene, system_of(scene))
     kept = sum(array.nbytes for observer in observers for array in observer.arrays.values())
-    written = sum(getattr(observer, "file_bytes", 0) for observer in observers)
+    beside = sum(getattr(observer, "file_bytes", 0) for observer in observers)
     state = 8 * scene.beads * (4 * scene.dimension + 2)
-    return [size / 2**20 for size in (state, kept, written)]
-
-
-HEADER = (
-    f"{'paper':20s} {'sweep':24s} {'runs':>5s} {'beads':>7s} {'bead-steps':>10s} {'10^6/s':>8s} "
-    f"{'core-h':>8s} {'longest h':>9s} {'MiB/job':>8s} {'disk MiB':>8s}"
-)
+    return (state + kept + beside) / 1e6
 
 
 def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     """The plan as a table with a sum; a rate that is not measured stands in brackets."""
-    lines = [HEADER]
-    for row in rows:
-        rate = f"{row['rate'] / 1e6:.2f}" if row["measured"] else f"({row['rate'] / 1e6:.1f})"
-        lines.append(
-            f"{row['paper']:20s} {row['sweep']:24s} {row['runs']:5d} {row['beads']:7d} "
-            f"{row['bead_steps']:10.2e} {'-' if math.isnan(row['rate']) else rate:>8s} "
-            f"{_hours(row['core_hours']):>8s} {_hours(row['longest']):>9s} "
-            f"{row['memory']:8.0f} {row['disk']:8.1f}"
-        )
-    hours = sum(row["core_hours"] for row in rows if not math.isnan(row["core_hours"]))
-    longest = max([0.0, *(row["longest"] for row in rows if not math.isnan(row["longest"]))])
-    lines.append(
-        f"{sum(row['runs'] for row in rows)} runs: {hours:.1f} core-hours, "
-        f"{max(hours / cores, longest):.1f} hours on {cores} cores at best; "
-        f"{sum(row['disk'] for row in rows):.0f} MiB of results at most"
+    import pandas as pd
+
+    table, hours = pd.DataFrame(rows), "{:.2f}".format
+    rates = zip(table.rate / 1e6, table.measured)
+    shown = table.drop(columns="measured").assign(
+        rate=[f"{rate:.2f}" if known else f"({rate:.1f})" for rate, known in rates]
     )
-    if not all(row["measured"] or math.isnan(row["rate"]) for row in rows):
-        lines.append(
-            f"Rates in brackets are not measured: {RATE / 1e6:g}e6 bead-steps/s, which nine of ten "
-            "runs of the study 'quick' exceed. Runs of any study measure them: make a small one "
-            "first (--config study=smoke)."
-        )
-    return "\n".join(lines)
-
-
-def _hours(hours):
-    return "-" if math.isnan(hours) else f"{hours:.2f}"
+    names = {"rate": "10^6/s", "core_hours": "core-h", "longest": "longest h"}
+    formats = {"core-h": hours, "longest h": hours, "MB/job": "{:.0f}".format}
+    shown = shown.replace("nan", "-").rename(
+        columns=names | {"memory": "MB/job", "disk": "disk MB"}
+    )
+    total, longest = table.core_hours.sum(), table.longest.fillna(0).max()
+    text = (
+        f"{shown.to_string(index=False, na_rep='-', formatters=formats, float_format='%.1f')}\n"
+        f"{table.runs.sum()} runs: {total:.1f} core-hours, {max(total / cores, longest):.1f} hours "
+        f"on {cores} cores at best; {table.disk.sum():.0f} MB of results at most"
+    )
+    if table.measured.all():
+        return text
+    return (
+        f"{text}\nRates in brackets are not measured: {RATE / 1e6:g}e6 bead-steps/s, which nine of "
+        "ten runs of the study 'quick' exceed. Runs of any study measure them: make a small one "
+        "first (--config study=smoke)."
+    )

@@ -12,7 +12,6 @@ from dpd.digest import PAPERS_DIR, ROOT, shortened
 from dpd.errors import UserError, shown, suggestion
 from dpd.page import NAMES, OR_TABLE, Refusals, Section, inside, setting
 from dpd.pipeline.sweep import Sweep, SweepFile, Value, unfold
-from dpd.pipeline.theory import TheorySweep, unfold_theory
 from dpd.scene.yaml import read_section, read_yaml
 
 if TYPE_CHECKING:
@@ -367,7 +366,7 @@ class Paper:
     measurements: tuple[str, ...]
     figures: dict[str, Figure]
     sampling: tuple[dict[str, Any], ...] = ()  # what is given of each `Sampling`
-    theory: dict[str, TheorySweep] = field(default_factory=dict)  # those that are calculated
+    theory: dict[str, Sweep] = field(default_factory=dict)  # those that are calculated
 
 
 def read_paper(
@@ -386,15 +385,12 @@ def read_paper(
     for sweep in only or ():
         if sweep not in paper.sweeps:
             raise UserError(f"{where}: no sweep {sweep!r}; {suggestion(sweep, paper.sweeps)}")
-    sweeps, theory = {}, {}
+    sweeps: dict[str, Sweep] = {}
+    theory: dict[str, Sweep] = {}
     for sweep, given in paper.sweeps.items():
-        key = f"{where}: sweeps.{sweep}"
-        if only is not None and sweep not in only:
-            continue
-        if given.theory is not None:
-            theory[sweep] = unfold_theory(name, sweep, given, key, seed)
-        else:
-            sweeps[sweep] = unfold(name, sweep, given, key, path.parent, seed, points)
+        if only is None or sweep in only:
+            key, kind = f"{where}: sweeps.{sweep}", sweeps if given.theory is None else theory
+            kind[sweep] = unfold(name, sweep, given, key, path.parent, seed, points)
     sampling = tuple(said.model_dump(exclude_unset=True) for said in paper.sampling)
     return Paper(
         name, paper.title, paper.reference, sweeps, tuple(paper.measurements), paper.figures,

@@ -1,4 +1,4 @@
-"""A sweep: what its file says, and from a scene and axes to points, one a run."""
+"""A sweep: what its file says, and from a scene or a theory and axes to points."""
 
 from __future__ import annotations
 
@@ -14,9 +14,18 @@ from pydantic import Field, Tag
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
-from dpd.page import NAMES, OR_TABLE, OneOrMore, Refusals, Section, inside, setting
+from dpd.own import calculations_of
+from dpd.page import (
+    NAMES,
+    OR_TABLE,
+    OneOrMore,
+    Refusals,
+    Section,
+    inside,
+    setting,
+)
 from dpd.scene.scene import Scene
-from dpd.scene.yaml import changed, merge
+from dpd.scene.yaml import changed, merge, read_section
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
@@ -200,11 +209,11 @@ def text_of(label: float | str) -> str:
 
 
 class Point(NamedTuple):
-    """One run of a sweep: its name, its place on the axes, and its scene."""
+    """One run of a sweep, or one calculation: its name, its place on the axes, and its scene."""
 
     name: str
     labels: tuple
-    scene: Scene
+    scene: Any  # a `Scene`; of a sweep of theory, a `Calculation`
 
 
 class Axis(NamedTuple):
@@ -226,7 +235,7 @@ class Derived(NamedTuple):
 
 @dataclass(frozen=True)
 class Sweep:
-    """A family of runs; the last axis is always ``replica``.
+    """A family of runs, the last axis of which is ``replica``; or of calculations of one kind.
 
     ``series`` names the time series that are kept whole where all runs share one time axis.
     Until the sweeps that ``derived`` names have run, the scenes hold stand-ins for those values.
@@ -237,6 +246,13 @@ class Sweep:
     points: tuple
     series: tuple = ("kT",)
     derived: tuple = ()
+
+    @property
+    def calculated_digest(self) -> str:
+        """Digest of all that a sweep of theory calculates, and of its axes."""
+        points = [(p.name, value_digest(p.scene.plain())) for p in self.points]
+        axes = [(axis.name, axis.units, axis.long_name) for axis in self.axes]
+        return value_digest([self.points[0].scene.key, axes, points])
 
     def planned_digest(self, point: Point) -> str:
         """Digest of all that is known of a run before anything has run."""
@@ -262,42 +278,29 @@ def unfold(
     ``key``: file and key of the sweep, for messages; ``folder``: from which paths of files to start
     from count; ``seed``: of the study.
     """
-    replicas = Axis("replica", tuple(range(given.replicas)), "1", "replica")
-    axes = [*axes_of(given), replicas]
+    axes = [
+        Axis(name, tuple(axis.taken), axis.units, axis.long_name or name.replace("_", " "))
+        for name, axis in (given.axes or {}).items()
+    ]
+    if given.theory is None:
+        axes.append(Axis("replica", tuple(range(given.replicas)), "1", "replica"))
     seeds = f"{paper}/{given.seeds or name}" + (f"/seed {seed}" if seed != 1 else "")
     points = []
-    for at, labels, where in places(axes, key, only):
-        scene = placed(given.scene, given, labels, key, where)
-        try:
-            scene = _sampled(scene, _whole(given.sampling))
-            # Noise of its own for each point, one start for the points of a replica. The seeds
-            # follow from names alone, so a point keeps its own when others are added.
-            own, start = (
-                (scene.get("seed", 1) + crc32(f"{seeds}/{of}".encode())) % 2**31
-                for of in (at, labels[-1])
-            )
-            scene = merge(scene, {"seed": own, "start": {"seed": start}}, where)
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
-            Scene(scene, where, folder)  # which says what is wrong with it
-            raise
-        points.append(Point(at, labels, fixed(Scene(scene, where, folder))))
+    for at, labels, where in _places(axes, key, only):
+        base = given.scene if given.theory is None else given.theory
+        data = _placed(base, given, labels, key, where)
+        if given.theory is None:
+            scene = _run_of(data, given, (f"{seeds}/{at}", f"{seeds}/{labels[-1]}"), where, folder)
+        else:
+            scene = _calculation_of(data, paper, seed, where)
+        points.append(Point(at, labels, scene))
     derived = (
         Derived(target, rule.from_, rule.quantity) for target, rule in (given.derive or {}).items()
     )
     return Sweep(name, tuple(axes), tuple(points), tuple(given.series), tuple(derived))
 
 
-def axes_of(given: SweepFile) -> list[Axis]:
-    """The axes that a sweep describes."""
-    return [
-        Axis(name, tuple(axis.taken), axis.units, axis.long_name or name.replace("_", " "))
-        for name, axis in (given.axes or {}).items()
-    ]
-
-
-def places(
-    axes: list[Axis], key: str, only: Collection[str] = ()
-) -> Iterator[tuple[str, tuple, str]]:
+def _places(axes: list[Axis], key: str, only: Collection[str]) -> Iterator[tuple[str, tuple, str]]:
     """Name and labels of each point on some axes, or of some, and what to call it in messages."""
     sizes = [len(axis.labels) for axis in axes]
     if prod(sizes) > MOST_POINTS:
@@ -317,7 +320,7 @@ def places(
         yield at, found[at], f"{key} ({at})" if at else key
 
 
-def placed(base: Any, given: SweepFile, labels: tuple, key: str, where: str) -> dict[str, Any]:
+def _placed(base: Any, given: SweepFile, labels: tuple, key: str, where: str) -> dict[str, Any]:
     """The scene or theory of a point: the sweep's own, with what the labels of its axes change.
 
     Refused where a later axis undoes the value of another one. A map of labels may set defaults.
@@ -335,6 +338,22 @@ def placed(base: Any, given: SweepFile, labels: tuple, key: str, where: str) -> 
                 "one axis"
             )
     return base
+
+
+def _run_of(data, given, seeds, where, folder):
+    """The scene of a point, with noise of its own, and one start for the points of a replica.
+
+    The seeds follow from names alone, so a point keeps its own when others are added.
+    """
+    scene = data
+    try:
+        scene = _sampled(scene, _whole(given.sampling))
+        own, start = ((scene.get("seed", 1) + crc32(of.encode())) % 2**31 for of in seeds)
+        scene = merge(scene, {"seed": own, "start": {"seed": start}}, where)
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+        Scene(scene, where, folder)  # which says what is wrong with it
+        raise
+    return fixed(Scene(scene, where, folder))
 
 
 def _sampled(scene, factor):
@@ -387,3 +406,18 @@ def resolved(sweep: Sweep, path: str | Path | None) -> Sweep:
             data = changed(data, {rule.key: values[point.name, rule.key]}, where)
         points.append(point._replace(scene=Scene(data, where)))
     return replace(sweep, points=tuple(points))
+
+
+def _calculation_of(theory, paper, seed, where):
+    """The calculation of a point; the ``seed`` of the study is for what is sampled."""
+    known = calculations_of(paper)
+    name = next((each for each in theory if each not in known or len(theory) == 1), "")
+    if theory.keys() != {name} or name not in known:
+        said = ", ".join(theory) or "none"
+        raise UserError(
+            f"{where}: theory: need one calculation, not {said}; {suggestion(name, known)}"
+        )
+    calculation = read_section(known[name], theory[name], where, name)
+    if seed != 1 and getattr(calculation, "seed", seed) is None:
+        calculation = calculation.model_copy(update={"seed": seed})
+    return calculation

@@ -29,10 +29,10 @@ from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.observe.common.measured import observables
+from dpd.own import calculations_of
 from dpd.page import Observable, find, names
 from dpd.pipeline.paper import Config, PaperFile, check_repository, read_paper, read_study
 from dpd.pipeline.paths import LONG_STUDY
-from dpd.pipeline.theory import calculations_of
 from dpd.report.archive import FIGURES, manifest_of, pictures, read_archive, studies
 from dpd.report.figures import load_module
 from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, section_rows, text_of
