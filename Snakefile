@@ -94,7 +94,6 @@ onerror:
 localrules:
     all,
     collect,
-    derive,
     draw_figure,
     join_verdicts,
     write_report,

@@ -1,12 +1,11 @@
-# The runs of a sweep, gathered on its axes; sweeps that are calculated; and values that one sweep
-# finds for another.
+# The runs of a sweep, gathered on its axes; and sweeps that are calculated.
 
 
 # The command is given the folder of the runs: a line with the names of thousands would be too long.
 rule collect:
     input:
         runs_of_sweep,
-        derived=derived_of,
+        data=derived_from,
     output:
         OUT.sweep("{paper}", "{sweep}"),
     log:
@@ -17,13 +16,13 @@ rule collect:
         series=lambda wildcards: sweep_of(wildcards).series,
         scenes=planned_digests,  # so that runs that were moved here are looked at when it changes
         runs=OUT.runs("{paper}", "{sweep}"),
-        derived=option("derived"),
+        data=option("data"),
     wildcard_constraints:
         paper=only_before(SIMULATED),
     retries: 0
     shell:
         "python -m dpd collect {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
-        " --runs {params.runs:q} {params.derived:q} -o {output:q} 2>&1 | tee -i {log:q}"
+        " --runs {params.runs:q} {params.data:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
 # A sweep of theory: one job for all points, which take milliseconds each.
@@ -47,21 +46,3 @@ if CALCULATED:
         shell:
             "python -m dpd calculate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
             " -o {output:q} 2>&1 | tee -i {log:q}"
-
-
-rule derive:
-    input:
-        data=derived_from,
-    output:
-        OUT.derived("{paper}", "{sweep}"),
-    log:
-        OUT.log("{paper}", "derived", "{sweep}"),
-    params:
-        study=STUDY,
-        sources=stage_digest("derive"),
-        points=planned_digests,
-        data=option("data"),
-    retries: 0
-    shell:
-        "python -m dpd derive {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
-        " {params.data:q} -o {output:q} 2>&1 | tee -i {log:q}"

@@ -70,14 +70,9 @@ def longest_first(wildcards):
     return 1 + round(max(scene.work for scene in scenes_of(wildcards)) / 1e6)
 
 
-def derived_of(wildcards):
-    """Table of values that other sweeps measure for a sweep; no file where there are none."""
-    return OUT.derived(wildcards.paper, wildcards.sweep) if sweep_of(wildcards).derived else []
-
-
 def derived_from(wildcards):
-    """The sweeps that measure them."""
-    sources = sorted({rule.source for rule in sweep_of(wildcards).derived})
+    """The sweeps that measure values for a sweep."""
+    sources = sorted({rule.from_ for rule in sweep_of(wildcards).derived.values()})
     return [OUT.sweep(wildcards.paper, source) for source in sources]
 
 

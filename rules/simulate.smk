@@ -26,7 +26,7 @@ rule compile_kernels:
 rule simulate:
     input:
         kernels_of_runs,
-        derived=derived_of,
+        data=derived_from,
     output:
         touch(OUT.batch("{paper}", "{sweep}", "{batch}")),
     log:
@@ -37,7 +37,8 @@ rule simulate:
         scenes=planned_digests,
         points=lambda wildcards: [point.name for point in batch_of(wildcards)],
         runs=results_of_runs,
-        derived=option("derived"),
+        derived=lambda wildcards: stage_digest("derive") if sweep_of(wildcards).derived else "",
+        data=option("data"),
     priority: longest_first
     threads: 1
     resources:
@@ -45,5 +46,5 @@ rule simulate:
         mem_mb=lambda wildcards, attempt: jobs.megabytes(scenes_of(wildcards), attempt),
     shell:
         "python -m dpd simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
-        " {params.points:q} {params.derived:q} --threads {threads}"
+        " {params.points:q} {params.data:q} --threads {threads}"
         " -o {params.runs:q} 2>&1 | tee -i {log:q}"

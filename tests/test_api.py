@@ -23,7 +23,7 @@ from dpd.page import Observable, names
 from dpd.runs import Progress
 from tests.conftest import SCENE, Command, python, wait_for
 
-MODULES = ("dpd.api.live", "dpd.api.runs")
+MODULES = ("dpd.api.live", "dpd.api")
 FLUID = SCENE | {"observe": ["thermo"], "steps": {"equilibrate": 200, "sample": 800}}
 CHAINS = SCENE | {
     "box": 6,

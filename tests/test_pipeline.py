@@ -110,7 +110,6 @@ def test_dry_run_of_every_study(tmp_path, name):
     papers = [read_paper(paper, name) for paper in PAPERS]
     assert jobs["simulate"] == jobs_of(papers)
     assert jobs["collect"] == sum(len(paper.sweeps) for paper in papers)
-    assert jobs["derive"] == sum(bool(s.derived) for p in papers for s in p.sweeps.values()) > 0
     assert jobs["draw_figure"] == sum(len(paper.figures) for paper in papers)
     assert not (folder / "results").exists()
 

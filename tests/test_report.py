@@ -15,7 +15,7 @@ from dpd.analysis.statistics import widening
 from dpd.analysis.verdicts import COLUMNS, Measured, judge
 from dpd.commands.main import main
 from dpd.pipeline.paper import Figure, Paper
-from dpd.pipeline.paths import commit, failures
+from dpd.pipeline.paths import commit, errors_in
 from dpd.report import style
 from dpd.report.archive import compared, table_of
 from dpd.report.page import write_page
@@ -170,11 +170,11 @@ def test_sentences_of_this_workflow_are_found_once(tmp_path):
     log(tmp_path / "b" / "two.log", "error: no room\nerror: no start\n", 1001)
     log(tmp_path / "b" / "three.made", "error: no log\n", 1001)
     log(tmp_path / "good.log", "no error: at all\n", 1001)
-    assert failures(tmp_path, 1000) == [
-        f"error: no room ({tmp_path}/a/one.log)",
-        f"error: no start ({tmp_path}/b/two.log)",
-    ]
-    assert failures(tmp_path, 1002) == failures(tmp_path / "none", 0) == []
+    assert errors_in(tmp_path, 1000) == {
+        "error: no room": tmp_path / "a" / "one.log",
+        "error: no start": tmp_path / "b" / "two.log",
+    }
+    assert errors_in(tmp_path, 1002) == errors_in(tmp_path / "none") == {}
 
 
 @pytest.mark.thorough

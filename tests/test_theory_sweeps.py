@@ -10,7 +10,7 @@ from dpd.errors import UserError
 from dpd.pipeline.jobs import as_text, plan
 from dpd.pipeline.paper import Paper, read_paper
 from dpd.pipeline.paths import Results
-from dpd.pipeline.sweep import SweepFile, resolved, unfold
+from dpd.pipeline.sweep import SweepFile, unfold
 from dpd.scene.yaml import read_section
 from paper_figures.crgw_2019.calculations import MonomerFluid
 from tests.test_pipeline import copy_repository, edit, planned, snakemake
@@ -97,14 +97,12 @@ def test_a_point_alone_is_that_of_the_whole_sweep(name):
     assert len(none.points) == len(whole.points)
 
 
-def test_a_scene_takes_a_value_that_is_calculated(tmp_path):
+def test_a_scene_takes_a_value_that_is_calculated():
     """Repulsion and rest length of the trimers, each of its own point."""
     paper = read_paper(PAPER, "smoke", only=["trimers", "trimer_repulsions"])
     sweep, source = paper.sweeps["trimers"], paper.theory["trimer_repulsions"]
     data = calculate(PAPER, source)
-    path = tmp_path / "derived.csv"
-    derive(sweep, {"trimer_repulsions": data}).to_csv(path, index=False)
-    for point in resolved(sweep, path).points:
+    for point in derive(sweep, {"trimer_repulsions": data}).points:
         at = data.sel(equation=point.labels[0], bond=point.labels[1])
         found = point.scene.data["repulsion"]["A A"]
         assert found == pytest.approx(float(at.repulsion), rel=1e-5)

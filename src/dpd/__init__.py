@@ -16,11 +16,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from dpd.api import extend as extend
+    from dpd.api import load as load
+    from dpd.api import run as run
+    from dpd.api import sweep as sweep
     from dpd.api.live import Simulation as Simulation
-    from dpd.api.runs import extend as extend
-    from dpd.api.runs import load as load
-    from dpd.api.runs import run as run
-    from dpd.api.runs import sweep as sweep
     from dpd.errors import UserError as UserError
     from dpd.report.draw import draw as draw
     from dpd.scene.scene import Scene as Scene
@@ -33,10 +33,10 @@ _MODULES = {
     "Simulation": "dpd.api.live",
     "UserError": "dpd.errors",
     "draw": "dpd.report.draw",
-    "extend": "dpd.api.runs",
-    "load": "dpd.api.runs",
-    "run": "dpd.api.runs",
-    "sweep": "dpd.api.runs",
+    "extend": "dpd.api",
+    "load": "dpd.api",
+    "run": "dpd.api",
+    "sweep": "dpd.api",
 }
 __all__ = ["Scene", "Simulation", "UserError", "draw", "extend", "load", "run", "sweep"]
 

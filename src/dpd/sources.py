@@ -255,7 +255,7 @@ STAGES = {
     "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.runs.run"),
     "collect": ("dpd.analysis.collect",),
     "calculate": ("dpd.analysis.collect",),
-    "derive": ("dpd.analysis.structure", "dpd.pipeline.sweep"),
+    "derive": ("dpd.analysis.structure",),
     "figure": ("dpd.report.figures",),
     "report": ("dpd.report.page",),
     "measure": ("benchmarks.measure",),

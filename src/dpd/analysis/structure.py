@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import block_mean_and_error, over_replicas
 from dpd.errors import UserError, suggestion
+from dpd.scene.scene import Scene
+from dpd.scene.yaml import changed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -95,24 +97,27 @@ def closest_contact(at: xr.Dataset) -> Contact:
     return Contact(float(value), float(error), undecided, float(middle))
 
 
-def derive(sweep: Any, sources: Mapping[str, xr.Dataset]) -> pd.DataFrame:
-    """Derived values of a `dpd.pipeline.sweep.Sweep`; as CSV what `resolved` there reads.
+def derive(sweep: Any, sources: Mapping[str, xr.Dataset]) -> Any:
+    """A `dpd.pipeline.sweep.Sweep` with its derived values in the place of the stand-ins.
 
     ``sources``: the sweeps, collected or calculated, that ``sweep.derived`` names.
     """
     names = [axis.name for axis in sweep.axes[:-1]]
-    rows = []
+    points = []
     for point in sweep.points:
-        for rule in sweep.derived:
-            source = sources[rule.source]
-            at = source.sel({n: v for n, v in zip(names, point.labels) if n in source.dims})
+        data, where = point.scene.data, point.scene.where
+        for key, rule in sweep.derived.items():
+            source = sources[rule.from_]
+            place = {n: v for n, v in zip(names, point.labels) if n in source.dims}
             try:
-                value = _measured(at, rule.quantity)
+                value = _measured(source.sel(place), rule.quantity)
+            except KeyError as missing:
+                raise UserError(f"sweep {rule.from_}: has no {missing}; make it again") from None
             except UserError as problem:
-                raise UserError(f"sweep {rule.source}: {problem}") from None
-            said = f"{rule.quantity} of {rule.source}"
-            rows.append((point.name, rule.key, f"{value:.{DIGITS}g}", said))
-    return pd.DataFrame(rows, columns=["point", "key", "value", "from"])
+                raise UserError(f"sweep {rule.from_}: {problem}") from None
+            data = changed(data, {key: float(f"{value:.{DIGITS}g}")}, where)
+        points.append(point._replace(scene=Scene(data, where)))
+    return replace(sweep, points=tuple(points))
 
 
 def _measured(at, quantity):

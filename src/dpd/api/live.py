@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dpd import files
-from dpd.api.runs import as_scene, keyboard_interrupt, load, plain, refuse_more_files, warn
+from dpd.api import as_scene, keyboard_interrupt, load, plain, refuse_more_files, warn
 from dpd.engine import simulation as engine
 from dpd.engine.loop import arrays_of, counts_from, run
 from dpd.errors import LostRun, UserError, suggestion

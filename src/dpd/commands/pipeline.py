@@ -16,16 +16,11 @@ if TYPE_CHECKING:
     from argparse import Namespace
     from collections.abc import Collection
 
-    from dpd.pipeline.paper import Paper
     from dpd.pipeline.sweep import Sweep
 
-DERIVED = option(
-    "--derived", type=Path, metavar="FILE",
-    help="what other sweeps have measured for this one, from `derive`, if it needs that",
-)  # fmt: skip
 DATA = option(
     "--data", type=Path, nargs="*", default=[], metavar="FILE",
-    help="collected sweeps and measurements that it is made from, in any order",
+    help="collected sweeps and measurements that it takes values from, in any order",
 )  # fmt: skip
 PAPERS = option("papers", nargs="+")
 
@@ -73,34 +68,29 @@ def _write(path, text):
     replace_whole(path, lambda draft: draft.write_text(text))
 
 
-def _paper(options: Namespace) -> Paper:
-    """The paper with the sweep, and perhaps the points, that a command is about."""
+def _sweep(options: Namespace, calculated: bool = False) -> Sweep:
+    """The sweep that a command is about, with what other sweeps have measured for it."""
     from dpd.pipeline.paper import read_paper
 
     points = getattr(options, "points", ())
-    return read_paper(options.paper, options.study, [options.sweep], points)
-
-
-def _found(sweeps, name, other):
-    if name not in sweeps:
-        raise UserError(f"sweep {name}: the command for it is: python -m dpd {other}")
-    return sweeps[name]
-
-
-def _sweep(options: Namespace, resolve: bool = False) -> Sweep:
-    """The sweep that a command is about; resolved with what other sweeps have measured for it."""
-    sweep = _found(_paper(options).sweeps, options.sweep, "calculate")
-    if not resolve:
+    paper = read_paper(options.paper, options.study, [options.sweep], points)
+    if calculated != (options.sweep in paper.theory):
+        other = "simulate, and then: collect" if calculated else "calculate"
+        raise UserError(f"sweep {options.sweep}: the command for it is: python -m dpd {other}")
+    sweep = (paper.theory if calculated else paper.sweeps)[options.sweep]
+    if not sweep.derived:
         return sweep
-    from dpd.pipeline.sweep import resolved
+    from dpd.analysis.collect import load
+    from dpd.analysis.structure import derive
 
-    return resolved(sweep, options.derived)
+    paths = _data(options, {rule.from_ for rule in sweep.derived.values()})
+    return derive(sweep, {name: load(path) for name, path in paths.items()})
 
 
 @command(
     "study", "paper", "sweep", option("points", nargs="+"),
     option("-o", "--output", required=True, type=Path, nargs="+", help="run.nc of each point"),
-    DERIVED, CHECKPOINTS, THREADS,
+    DATA, CHECKPOINTS, THREADS,
 )  # fmt: skip
 def simulate(options: Namespace) -> None:
     """Run some points of a sweep, one after the other."""
@@ -108,7 +98,7 @@ def simulate(options: Namespace) -> None:
 
     if len(options.output) != len(options.points):
         raise UserError("-o: name one run.nc for each point, in their order")
-    sweep = _sweep(options, resolve=True)
+    sweep = _sweep(options)
     points = [sweep.point(name) for name in options.points]
     failed = 0
     for point, output in zip(points, options.output):
@@ -132,30 +122,16 @@ def simulate(options: Namespace) -> None:
     "study", "paper", "sweep",
     option("--runs", type=Path, required=True, metavar="FOLDER",
            help="with POINT/run.nc of each point"),
-    DERIVED, output="sweep.nc",
+    DATA, output="sweep.nc",
 )  # fmt: skip
 def collect(options: Namespace) -> None:
     """Gather a sweep."""
     from dpd.analysis.collect import collect, save
     from dpd.pipeline.paths import run_file
 
-    sweep = _sweep(options, resolve=True)
+    sweep = _sweep(options)
     paths = [run_file(options.runs, point.name) for point in sweep.points]
     save(collect(sweep, paths), options.output)
-
-
-@command("study", "paper", "sweep", DATA, output="sweep.csv")
-def derive(options: Namespace) -> None:
-    """Find values of a sweep's scenes that other sweeps measure."""
-    from dpd.analysis.collect import load
-    from dpd.analysis.structure import derive
-
-    sweep = _sweep(options)
-    if not sweep.derived:
-        raise UserError(f"sweep {sweep.name}: nothing is derived; see 'derive' in config/README.md")
-    paths = _data(options, {rule.source for rule in sweep.derived})
-    sources = {name: load(path) for name, path in paths.items()}
-    _write(options.output, derive(sweep, sources).to_csv(index=False))
 
 
 def _data(options: Namespace, names: Collection[str]) -> dict[str, Path]:
@@ -175,7 +151,7 @@ def calculate(options: Namespace) -> None:
     from dpd.analysis.collect import calculate, save
     from dpd.runs import Progress
 
-    sweep = _found(_paper(options).theory, options.sweep, "simulate, and then: collect")
+    sweep = _sweep(options, calculated=True)
     with Progress(len(sweep.points), f"{sweep.name}") as progress:
         data = calculate(options.paper, sweep, progress)
     save(data, options.output)

@@ -156,35 +156,14 @@ def status(options: Namespace) -> None:
     """
     from dataclasses import asdict
 
-    from dpd.pipeline.status import as_text, seconds_left
+    from dpd.pipeline.status import as_text, seconds_left, status_of
 
-    title, runs = _status_of(options.path, options.papers)
+    title, runs = status_of(options.path, options.papers)
     if options.json:
         found = {"time": time.time(), "seconds_left": seconds_left(runs)}
         print(json.dumps(found | {"runs": [asdict(run) for run in runs]}))
     else:
         print(as_text(runs, title))
-
-
-def _status_of(path, papers):
-    """What to look at, a study or runs of one's own, with a title."""
-    from dpd.pipeline.paper import CONFIG, SEEDED, read_config, studies
-    from dpd.pipeline.paths import results_of
-    from dpd.pipeline.status import own_status, runs_in, study_status
-
-    study = read_config()["study"] if path is None else path.resolve().name
-    if path is not None and path.is_dir() and runs_in(path):
-        return str(path), own_status(path)
-    folder = results_of(study).folder if path is None or str(path) == study else str(path)
-    seeded = SEEDED.fullmatch(study)
-    if (CONFIG / "config.yaml").is_file() and (seeded[1] if seeded else study) in studies():
-        return folder, study_status(study, folder, papers)
-    if path is None or path.is_dir():
-        raise UserError(
-            f"{path or folder}: no study in config/config.yaml has the name {study!r}, and no run "
-            "lies there; name a folder of a study's results or of runs, or a run.nc"
-        )
-    return str(path), own_status(path)
 
 
 @command(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, Tag
 
@@ -66,6 +66,14 @@ class Config(Section):
             yield "studies", "the study 'paper' is missing, of which all others are children"
 
 
+class StudyNamed(NamedTuple):
+    """A study as commands name it: with its seed."""
+
+    description: str
+    lineage: list[str]  # its name, that of its parent, ...: the first that a choice names decides
+    seed: int  # that all its random numbers follow from
+
+
 def studies() -> dict[str, Study]:
     """All studies by name, as config/config.yaml has them."""
     check_repository()
@@ -91,27 +99,13 @@ def studies() -> dict[str, Study]:
     return found
 
 
-def lineage(study: str) -> list[str]:
-    """Names of a study, of its parent, and so on: the first one that a choice names decides.
-
-    Raises `UserError` if a study is its own parent.
-    """
-    known, found = studies(), [file_and_seed("study", study)[0]]
-    while found[-1] != ROOT_STUDY:
-        parent = known[found[-1]].parent
-        if parent in found:
-            raise UserError(f"{WHERE}: studies.{parent}: its parents lead back to it")
-        found.append(parent)
-    return found
-
-
 def as_studied(value: Any, names: list[str], known: Collection[str], key: str) -> Any:
     """Plain data with what a study takes of each choice, as ``{paper: 4000, quick: 400}``.
 
     Where a choice names none of ``names``, or nothing is behind the name, its key or its place in a
     list is left out. Raises `UserError` if only some of its keys are names of studies.
 
-    ``names``: of `lineage`. ``known``: of all studies. ``key``: file and keys so far, for messages.
+    ``names``: its lineage. ``known``: of all studies. ``key``: file and keys so far, for messages.
     """
     if isinstance(value, list):
         found = [as_studied(each, names, known, f"{key}{n}.") for n, each in enumerate(value)]
@@ -140,35 +134,34 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     config = read_section(Config, config, WHERE).model_dump()
     if (seed := config.pop("seed")) != 1:
         config["study"] = f"{config['study']}-seed{seed}"
-    file_and_seed("study", config["study"])
+    read_study(config["study"])
     for name in config["papers"]:
         file_of_paper("papers", name)
     return config
 
 
-def file_and_seed(key: str, study: str) -> tuple[str, int]:
-    """Name of a study, and the seed that all its random numbers follow from.
+def read_study(name: str, key: str = "study") -> StudyNamed:
+    """What the name of a study says, refused with the ``key`` that it stands under.
 
-    ``quick-seed2`` is the study ``quick`` with the seed 2, with results of its own. Raises
-    `UserError` that names ``key``.
+    ``quick-seed2`` is the study ``quick`` with the seed 2, with results of its own.
     """
-    name, seed = study, 1
-    if parts := SEEDED.fullmatch(str(study)):
-        name, seed = parts[1], int(parts[2])
-    check_name(key, name)
-    if name not in studies():
+    file, seed = name, 1
+    if parts := SEEDED.fullmatch(str(name)):
+        file, seed = parts[1], int(parts[2])
+    check_name(key, file)
+    known = studies()
+    if file not in known:
         raise UserError(
-            f"{key}: {shown(name)} is none of the studies in {WHERE}; {suggestion(name, studies())}"
+            f"{key}: {shown(file)} is none of the studies in {WHERE}; {suggestion(file, known)}"
         )
-    return name, seed
-
-
-def read_study(name: str) -> Study:
-    """A study by name."""
-    file, seed = file_and_seed("study", name)
-    study = studies()[file]
-    said = study.description if seed == 1 else f"With the seed {seed}: {study.description}"
-    return study.model_copy(update={"description": said})
+    lineage = [file]
+    while lineage[-1] != ROOT_STUDY:
+        parent = known[lineage[-1]].parent
+        if parent in lineage:
+            raise UserError(f"{WHERE}: studies.{parent}: its parents lead back to it")
+        lineage.append(parent)
+    said = known[file].description
+    return StudyNamed(said if seed == 1 else f"With the seed {seed}: {said}", lineage, seed)
 
 
 def check_repository() -> None:
@@ -378,9 +371,8 @@ def read_paper(
     `UserError` if anything in the files is not allowed, or they do not fit together.
     """
     path = file_of_paper("papers", name)
-    where, names = shortened(path), lineage(study)
-    seed = file_and_seed("study", study)[1]
-    given = as_studied(read_yaml(path), names, studies(), f"{where}: ")
+    where, _, lineage, seed = shortened(path), *read_study(study)
+    given = as_studied(read_yaml(path), lineage, studies(), f"{where}: ")
     paper = read_section(PaperFile, given, where)
     for sweep in only or ():
         if sweep not in paper.sweeps:

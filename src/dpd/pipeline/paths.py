@@ -77,10 +77,6 @@ class Results:
     def sweep(self, paper: str, sweep: str) -> str:
         return f"{self.folder}/{paper}/sweeps/{sweep}.nc"
 
-    def derived(self, paper: str, sweep: str) -> str:
-        """Table of what other sweeps measure for a sweep."""
-        return f"{self.folder}/{paper}/derived/{sweep}.csv"
-
     def measurement(self, paper: str, name: str) -> str:
         return f"{self.folder}/{paper}/measurements/{name}.nc"
 
@@ -122,11 +118,10 @@ class Results:
         return f"{self.logs}/{'/'.join(parts)}.{kind}"
 
 
-def failures(logs: str | Path, begun: float) -> list[str]:
-    """Sentences of the jobs that failed in a workflow, each once and with its first log.
+def errors_in(logs: str | Path, begun: float = 0.0) -> dict[str, Path]:
+    """Sentences of jobs that failed, each with its first log; not of logs that were there before.
 
-    ``logs``: folder of the logs of a study. ``begun``: when the workflow began, as `time.time` has
-    it; older logs are not of its making.
+    ``begun``: when the workflow began, as `time.time` has it.
     """
     found: dict[str, Path] = {}
     for path in sorted(Path(logs).rglob("*.log")):
@@ -134,12 +129,12 @@ def failures(logs: str | Path, begun: float) -> list[str]:
             for line in path.read_text(errors="replace").splitlines():
                 if line.startswith(FAILED):
                     found.setdefault(line, path)
-    return [f"{line} ({path})" for line, path in found.items()]
+    return found
 
 
 def say_at_exit(logs: str | Path, begun: float) -> None:
-    """Print the first `failures` last, below all that Snakemake has to say of them."""
-    if lines := failures(logs, begun)[:MOST]:
+    """Print the first of `errors_in` last, below all that Snakemake has to say of them."""
+    if lines := [f"{line} ({path})" for line, path in errors_in(logs, begun).items()][:MOST]:
         atexit.register(lambda: print("", *lines, sep="\n", file=sys.stderr))
 
 

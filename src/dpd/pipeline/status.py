@@ -16,10 +16,9 @@ import numpy as np
 from dpd import files
 from dpd.analysis.statistics import mean_and_error
 from dpd.engine.loop import stored_in
-from dpd.errors import FAILED, UserError, reason
-from dpd.pipeline.paper import read_config, read_paper
-from dpd.pipeline.paths import Results
-from dpd.pipeline.sweep import resolved
+from dpd.errors import FAILED, UserError
+from dpd.pipeline.paper import CONFIG, SEEDED, read_config, read_paper, studies
+from dpd.pipeline.paths import Results, errors_in, results_of
 from dpd.runs import worker_on
 from dpd.runs.result import checkpoint_path, is_made
 
@@ -52,14 +51,25 @@ class RunStatus:
 
 def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -> list[RunStatus]:
     """All runs of some papers in a study; of those of config/config.yaml if None."""
+    from dpd.analysis.collect import load
+    from dpd.analysis.structure import derive
+
     results, found = Results(folder), []
     for paper in [read_paper(name, study) for name in papers or read_config()["papers"]]:
-        errors = errors_in(f"{results.logs}/{paper.name}/runs")
+        errors = {}
+        for line in errors_in(f"{results.logs}/{paper.name}/runs"):
+            if not any(words in line for words in ASKED):
+                point, _, said = line.removeprefix(FAILED).partition(": ")
+                errors[point] = said
         for sweep in paper.sweeps.values():
+            known, waits = sweep, ""
             try:
-                known, waits = resolved(sweep, results.derived(paper.name, sweep.name)), ""
+                if sweep.derived:
+                    measured = {rule.from_ for rule in sweep.derived.values()}
+                    sources = {each: load(results.sweep(paper.name, each)) for each in measured}
+                    known = derive(sweep, sources)
             except UserError:
-                known, waits = sweep, "it takes values that other sweeps measure first"
+                waits = "it takes values that other sweeps measure first"
             for point in known.points:
                 name = (paper.name, sweep.name, point.name)
                 error = errors.get(f"{sweep.name} {point.name}", "")
@@ -70,21 +80,33 @@ def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -
     return found
 
 
-def own_status(path: Path) -> list[RunStatus]:
-    """Runs of one's own: one by its path, or all that lie in a folder, done or begun."""
-    runs = [look_at((str(each),), each) for each in (runs_in(path) if path.is_dir() else [path])]
-    for run in runs:
-        if run.state == WAITS:
-            raise UserError(f"{path}: {run.why or 'there is no such run; name a run.nc'}")
-    return runs
+def status_of(
+    path: Path | None, papers: Sequence[str] | None = None
+) -> tuple[str, list[RunStatus]]:
+    """A title, and the runs in a folder, the one of a path, or those of a study.
+
+    The study has that name, or its results lie in that folder; None is for config/config.yaml's.
+    """
+    paths = [] if path is None else _runs_in(path) if path.is_dir() else [path]
+    own = [look_at((str(each),), each) for each in paths]
+    if own and own[0].state != WAITS:
+        return str(path), own
+    study = read_config()["study"] if path is None else path.resolve().name
+    folder = results_of(study).folder if path is None or str(path) == study else str(path)
+    seeded = SEEDED.fullmatch(study)
+    if (CONFIG / "config.yaml").is_file() and (seeded[1] if seeded else study) in studies():
+        return folder, study_status(study, folder, papers)
+    if own:
+        raise UserError(f"{path}: {own[0].why or 'there is no such run; name a run.nc'}")
+    raise UserError(
+        f"{path or folder}: no study in config/config.yaml has the name {study!r}, and no run lies "
+        "there; name a folder of a study's results or of runs, or a run.nc"
+    )
 
 
-def runs_in(folder: Path) -> list[Path]:
+def _runs_in(folder: Path) -> list[Path]:
     """Results of all runs that lie in a folder, done or begun."""
-    try:
-        there = sorted(folder.iterdir())
-    except OSError as problem:
-        raise UserError(f"{folder}: cannot be read ({reason(problem)})") from None
+    there = sorted(folder.iterdir())
     begun = {path.with_suffix("") for path in there if path.name.endswith(".nc.lock")}
     begun |= {path.with_suffix(".nc") for path in there if path.suffix == ".checkpoint"}
     made = {path for path in there if path.suffix == ".nc" and look_at((), path).state == DONE}
@@ -154,17 +176,6 @@ def _means(arrays: Mapping[str, np.ndarray]) -> dict[str, tuple[float, float]]:
         if short in ("kT", "pressure") and np.isfinite(array).any():
             mean, error, _ = mean_and_error(array[np.isfinite(array)])
             found[short] = (float(mean), float(error))
-    return found
-
-
-def errors_in(logs: str) -> dict[str, str]:
-    """Sweep and point of the runs that failed in their last try, by their logs, with a sentence."""
-    found = {}
-    for path in sorted(Path(logs).rglob("*.log")):
-        for line in path.read_text(errors="replace").splitlines():
-            name, _, said = line.removeprefix(FAILED).partition(": ")
-            if line.startswith(FAILED) and not any(words in line for words in ASKED):
-                found[name] = said
     return found
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -225,27 +224,19 @@ class Axis(NamedTuple):
     long_name: str
 
 
-class Derived(NamedTuple):
-    """A value of a scene that another sweep measures: which key, from which sweep, and what."""
-
-    key: str
-    source: str
-    quantity: str
-
-
 @dataclass(frozen=True)
 class Sweep:
     """A family of runs, the last axis of which is ``replica``; or of calculations of one kind.
 
     ``series`` names the time series that are kept whole where all runs share one time axis.
-    Until the sweeps that ``derived`` names have run, the scenes hold stand-ins for those values.
+    Until the sweeps that ``derived`` names have run, the scenes hold stand-ins for its values.
     """
 
     name: str
     axes: tuple
     points: tuple
     series: tuple = ("kT",)
-    derived: tuple = ()
+    derived: dict[str, Derive] = field(default_factory=dict)
 
     @property
     def calculated_digest(self) -> str:
@@ -258,7 +249,8 @@ class Sweep:
         """Digest of all that is known of a run before anything has run."""
         if not self.derived:
             return point.scene.digest
-        return value_digest([point.scene.digest, *self.derived])
+        rules = [(key, rule.from_, rule.quantity) for key, rule in self.derived.items()]
+        return value_digest([point.scene.digest, *rules])
 
     def point(self, name: str) -> Point:
         """A point by name; `UserError` if the sweep has no such point."""
@@ -294,10 +286,7 @@ def unfold(
         else:
             scene = _calculation_of(data, paper, seed, where)
         points.append(Point(at, labels, scene))
-    derived = (
-        Derived(target, rule.from_, rule.quantity) for target, rule in (given.derive or {}).items()
-    )
-    return Sweep(name, tuple(axes), tuple(points), tuple(given.series), tuple(derived))
+    return Sweep(name, tuple(axes), tuple(points), tuple(given.series), given.derive or {})
 
 
 def _places(axes: list[Axis], key: str, only: Collection[str]) -> Iterator[tuple[str, tuple, str]]:
@@ -378,34 +367,6 @@ def fixed(scene: Scene) -> Scene:
             "run), which says what it takes; in a sweep name scheme and dt"
         )
     return scene
-
-
-def resolved(sweep: Sweep, path: str | Path | None) -> Sweep:
-    """A sweep with its derived values, a table of `dpd derive`, in place of the stand-ins."""
-    if not sweep.derived:
-        return sweep
-    if path is None:
-        keys = ", ".join(rule.key for rule in sweep.derived)
-        raise UserError(
-            f"sweep {sweep.name}: other sweeps measure {keys} for it; name the table that "
-            "`dpd derive` writes: --derived FILE"
-        )
-    anew = "let snakemake make it, or `dpd derive`"
-    try:
-        with open(path, newline="") as file:
-            rows = [(row["point"], row["key"], float(row["value"])) for row in csv.DictReader(file)]
-    except (OSError, KeyError, TypeError, ValueError):
-        raise UserError(f"{path}: no table of points, keys and values; {anew}") from None
-    values = {(point, key): value for point, key, value in rows}
-    points = []
-    for point in sweep.points:
-        data, where = point.scene.data, point.scene.where
-        for rule in sweep.derived:
-            if (point.name, rule.key) not in values:
-                raise UserError(f"{path}: no value of {rule.key} for {point.name}; {anew}")
-            data = changed(data, {rule.key: values[point.name, rule.key]}, where)
-        points.append(point._replace(scene=Scene(data, where)))
-    return replace(sweep, points=tuple(points))
 
 
 def _calculation_of(theory, paper, seed, where):
