@@ -94,7 +94,7 @@ WRONG = [
     (("bonds", "derive", "bond.length", "from"), "core", r"no sweep 'core'.*mean 'cores'"),
     (("bonds", "scene", "bond"), {"stiffness": 3}, r"the sweep's scene has no such key"),
     (("bonds", "axes", "force"), FORCE | {"values": [50, 200]}, r"has no force 200, which"),
-    (("bonds", "axes"), {"stiffness": FORCE}, r"shares no axis with this sweep; its axes: force"),
+    (("bonds", "axes"), {"stiffness": FORCE}, r"several values on the axis 'force'"),
     (("cores", "axes", "r_s"), {"set": "r", "values": [0, 1]}, r"values on the axis 'r_s'"),
     (("cores", "derive"), GIVEN["bonds"]["derive"], r"'cores' has derived values itself"),
 ]

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from dpd.analysis.collect import calculate, save
+from dpd.analysis.collect import calculate
 from dpd.analysis.structure import derive
 from dpd.commands.main import main
 from dpd.errors import UserError
-from dpd.pipeline.jobs import as_text, plan
-from dpd.pipeline.paper import Paper, read_paper
-from dpd.pipeline.paths import Results
+from dpd.pipeline.paper import read_paper
 from dpd.pipeline.sweep import SweepFile, unfold
 from dpd.scene.yaml import read_section
 from paper_figures.crgw_2019.calculations import MonomerFluid
@@ -116,18 +114,6 @@ def test_commands_keep_both_kinds_apart(capsys):
     assert "the command for it is: python -m dpd calculate" in capsys.readouterr().err
     assert main(["calculate", "smoke", PAPER, "oligomers", "-o", "x.nc"]) == 1
     assert "the command for it is: python -m dpd simulate" in capsys.readouterr().err
-
-
-def test_a_plan_knows_the_sweep(tmp_path, monkeypatch):
-    """A row of its own without beads, with the time that it took."""
-    monkeypatch.chdir(tmp_path)
-    theory = {"fluids": unfolded()}
-    paper = Paper("mine", "", "", {}, (), {}, (), theory)
-    (row,) = plan([paper], "smoke")
-    assert (row["runs"], row["beads"], row["disk"]) == (4, 0, 0)
-    assert " - " in as_text([row], 2) and np.isnan(row["core_hours"])
-    save(calculate(PAPER, theory["fluids"]), Results("results/smoke").sweep("mine", "fluids"))
-    assert 0 < plan([paper], "smoke")[0]["core_hours"] < 1
 
 
 @pytest.mark.thorough

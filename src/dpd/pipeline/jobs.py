@@ -31,7 +31,6 @@ RATE = 3e6
 GENEROUS = 3  # times what is expected
 BEGINNING = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
 PROCESSES = 1000  # MB of a run without beads, 200 measured, and of the Snakemakes that start it
-SPEED = "bead_steps_per_second"
 
 
 def minutes(scenes: Sequence[Scene], attempt: int, longest: int) -> int:
@@ -81,7 +80,8 @@ def compile_for(scenes: Iterable[Scene]) -> list[str]:
 
     smallest: dict[str, Scene] = {}
     for scene in [stage.scene for each in scenes for stage in each.stages]:
-        variant = ", ".join([*_kernels(scene, system_of(scene)), *scene.observe])
+        start = f"from {scene.start.key}", *scene.start_terms
+        variant = ", ".join([*_kernels(scene, system_of(scene)), *scene.observe, *start])
         if scene.beads < smallest.setdefault(variant, scene).beads:
             smallest[variant] = scene
     for scene in smallest.values():
@@ -116,14 +116,13 @@ def plan(papers: Iterable[Paper], study: str) -> list[dict[str, Any]]:
     """Cost of every sweep of some papers: a row each, with hours, and MB of memory and disk.
 
     A sweep's speed is the median of its runs in this study, or else in others; where there are
-    none, `RATE` stands for it and ``measured`` is false. Hours of a sweep of theory are NaN until
-    it was calculated once.
+    none, `RATE` stands for it and ``measured`` is false. Sweeps of theory take seconds or minutes.
     """
     rows: list[dict[str, Any]] = []
     for paper in papers:
         for sweep in paper.sweeps.values():
             runs = [results_of(each).run(paper.name, sweep.name, "*") for each in (study, "*")]
-            known = _noted(runs[0], SPEED) or _noted(runs[1], SPEED)
+            known = _rates(runs[0]) or _rates(runs[1])
             rate, scenes = median(known or [RATE]), [point.scene for point in sweep.points]
             hours = [scene.work / rate / 3600 for scene in scenes]
             rows.append({
@@ -132,24 +131,16 @@ def plan(papers: Iterable[Paper], study: str) -> list[dict[str, Any]]:
                 "core_hours": sum(hours), "longest": max(hours), "memory": megabytes(scenes, 1),
                 "disk": sum(map(_kept, scenes)), "measured": bool(known),
             })  # fmt: skip
-        for sweep in paper.theory.values():
-            took = _noted(results_of(study).sweep(paper.name, sweep.name), "seconds")
-            hours = [seconds / 3600 for seconds in took] or [math.nan]
-            rows.append({
-                "paper": paper.name, "sweep": sweep.name, "runs": len(sweep.points), "beads": 0,
-                "rate": math.nan, "core_hours": hours[0], "longest": hours[0],
-                "memory": PROCESSES, "disk": 0.0, "measured": True,
-            })  # fmt: skip
     return rows
 
 
-def _noted(pattern, name):
-    """A number that results have as an attribute; a pattern says which."""
+def _rates(pattern):
+    """Bead-steps per second of the results that a pattern names."""
     found = []
     for path in glob.glob(pattern):
         with suppress(UserError, AttributeError):  # what is damaged will be made anew
-            found.append(float(files.attribute(path, name)))
-    return [number for number in found if number > 0]
+            found.append(float(files.attribute(path, "bead_steps_per_second")))
+    return [rate for rate in found if rate > 0]
 
 
 def _kept(scene):
@@ -168,6 +159,8 @@ def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     """The plan as a table with a sum; a rate that is not measured stands in brackets."""
     import pandas as pd
 
+    if not rows:
+        return "no runs"
     table, hours = pd.DataFrame(rows), "{:.2f}".format
     rates = zip(table.rate / 1e6, table.measured)
     shown = table.drop(columns="measured").assign(
@@ -175,12 +168,10 @@ def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     )
     names = {"rate": "10^6/s", "core_hours": "core-h", "longest": "longest h"}
     formats = {"core-h": hours, "longest h": hours, "MB/job": "{:.0f}".format}
-    shown = shown.replace("nan", "-").rename(
-        columns=names | {"memory": "MB/job", "disk": "disk MB"}
-    )
-    total, longest = table.core_hours.sum(), table.longest.fillna(0).max()
+    shown = shown.rename(columns=names | {"memory": "MB/job", "disk": "disk MB"})
+    total, longest = table.core_hours.sum(), table.longest.max()
     text = (
-        f"{shown.to_string(index=False, na_rep='-', formatters=formats, float_format='%.1f')}\n"
+        f"{shown.to_string(index=False, formatters=formats, float_format='%.1f')}\n"
         f"{table.runs.sum()} runs: {total:.1f} core-hours, {max(total / cores, longest):.1f} hours "
         f"on {cores} cores at best; {table.disk.sum():.0f} MB of results at most"
     )

@@ -260,13 +260,6 @@ class PaperFile(Section):
             yield from inside(f"sweeps.{name}", sweep.conflicts())
             yield from inside(f"sweeps.{name}.derive", self._derived(name))
         yield from self._seeds()
-        for name in self.measurements:
-            if name in self.sweeps:
-                text = (
-                    f"{name!r} is the name of a sweep as well, and a figure could not tell them "
-                    "apart; rename the sweep"
-                )
-                yield "measurements", text
         for figure, given in self.figures.items():
             for kind, there in (("sweeps", self.sweeps), ("measurements", self.measurements)):
                 for name in getattr(given, kind):
@@ -321,22 +314,18 @@ class PaperFile(Section):
             if source.theory is None and rule.quantity not in MEASURED:
                 said = f"no quantity {rule.quantity!r}; {suggestion(rule.quantity, MEASURED)}"
                 yield f"{key}.quantity", said
-            yield from inside(f"{key}.from", _unlike(own, source, rule.from_))
-
-
-def _unlike(own, source, name):
-    """Why points with some axes do not find theirs in the sweep that measures for them."""
-    axes = source.axes or {}
-    if source.derive:
-        yield "", f"{name!r} has derived values itself; name a sweep that has none"
-    if not own.keys() & axes.keys():
-        yield "", f"{name!r} shares no axis with this sweep; its axes: {', '.join(axes) or 'none'}"
-    for axis, described in axes.items():
-        if axis not in own and len(described.taken) > 1:
-            yield "", f"{name!r} has several values on the axis {axis!r}; give it one"
-        for value in own[axis].taken if axis in own else ():
-            if value not in described.taken:
-                yield "", f"{name!r} has no {axis} {value}, which this sweep needs; add it there"
+            axes = source.axes or {}
+            if source.derive:
+                text = f"{rule.from_!r} has derived values itself; name a sweep that has none"
+                yield f"{key}.from", text
+            for axis, described in axes.items():
+                if axis not in own and len(described.taken) > 1:
+                    text = f"{rule.from_!r} has several values on the axis {axis!r}; give it one"
+                    yield f"{key}.from", text
+                for value in own[axis].taken if axis in own else ():
+                    if value not in described.taken:
+                        text = f"{rule.from_!r} has no {axis} {value}, which this sweep needs"
+                        yield f"{key}.from", f"{text}; add it there"
 
 
 def _has(scene, key):
