@@ -21,9 +21,9 @@ from dpd.scene.yaml import merge
 from dpd.start import start_digest
 from dpd.start.common.files import order_of
 from dpd.start.common.make import make_start, species_of
+from tests.conftest import SCENE
 
-MELT = {
-    "dimension": 3,
+MELT = SCENE | {
     "box": [4, 4.5, 5],
     "molecules": [
         {"architecture": "A 2 B", "count": 20}, {"architecture": "B", "count": 9},

@@ -28,7 +28,7 @@ from dpd.runs.result import last_configuration
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
-from tests.test_pipeline import copy_repository, planned
+from tests.test_pipeline import assert_drawn, copy_repository, planned
 
 SYSTEMS = {
     "W1": {"box": 5, "start": {}},
@@ -332,12 +332,7 @@ def test_scaling(results):
 def test_figures_are_made(results, name):
     """Picture, numbers with units, and a caption with what was measured, and a table."""
     folder = drawn(results, name)
-    assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-    numbers = xr.load_dataset(folder / f"{name}.nc")
-    lacking = [
-        k for k, v in numbers.data_vars.items() if v.dtype.kind == "f" and "units" not in v.attrs
-    ]
-    assert not lacking
+    assert_drawn(folder, name)
     caption = (folder / f"{name}.html").read_text()
     assert typeset(made(results, name).attrs["description"]) in caption
     assert '<th scope="col">' in caption

@@ -17,11 +17,9 @@ from dpd.analysis.statistics import (
     widening,
 )
 from dpd.engine.loop import run
-from dpd.engine.simulation import Simulation
-from dpd.observe.common.measured import observables
-from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start, system_of
 from paper_figures.groot_warren_1997.coverage import coverage, coverage_of_pieces, slow_time
+from tests.conftest import SCENE
+from tests.systems import begun, values_of
 
 LEAST, MOST = 0.93, 0.985
 HARD = 0.92  # of few blocks, joined to four parts, and of a slow part under noise
@@ -237,17 +235,14 @@ def test_errors_at_lags_of_which_a_run_has_few(monkeypatch, shared):
 
 def melt(seed, duration):
     """kT, pressure and bond energy of a small melt, every 0.08 tau."""
-    scene = Scene({
-        "dimension": 3, "box": 5, "molecules": [{"architecture": "A 4", "density": 3}],
-        "repulsion": {"A A": 25}, "bond": {"stiffness": 4},
-        "integrator": {"scheme": "gw-vv", "dt": 0.04}, "seed": seed,
-        "duration": {"equilibrate": 10, "sample": duration}, "observe": [{"thermo": {"every": 2}}],
+    simulation, watched, steps = begun(SCENE | {
+        "box": 5, "molecules": [{"architecture": "A 4", "density": 3}], "bond": {"stiffness": 4},
+        "steps": {"equilibrate": 250, "sample": round(duration / 0.04)}, "seed": seed,
+        "observe": [{"thermo": {"every": 2}}],
     })  # fmt: skip
-    system = system_of(scene)
-    watched = observables(scene, system)
-    run(Simulation(system, make_start(scene)), scene.steps, watched)
-    found = watched[0].variables()
-    return {name: found[name][1] for name in ("kT", "pressure", "bond_energy")}
+    run(simulation, steps, watched)
+    found = values_of(watched[0])
+    return {name: found[name] for name in ("kT", "pressure", "bond_energy")}
 
 
 @pytest.mark.thorough

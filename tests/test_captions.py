@@ -14,6 +14,7 @@ from dpd.digest import ROOT
 from dpd.report.figures import load_module
 from dpd.report.text import caption, sweep_line, typeset, with_error
 from dpd.scene.scene import Scene
+from tests.test_species_tables import PLAIN
 
 NUMBERS = [
     (0.12345, 0.0067, "0.1235 ± 0.0067"),
@@ -57,14 +58,7 @@ CHAINS = {
     "integrator": {"scheme": "gw-vv", "lambda": 0.65, "dt": 0.002},
     "steps": {"equilibrate": 50, "sample": 400},
 }  # fmt: skip
-BLENDS = {
-    "dimension": 3,
-    "box": [8, 8, 20],
-    "molecules": [{"architecture": "A", "density": 1.5}, {"architecture": "B", "density": 1.5}],
-    "repulsion": {"A A": 25, "B B": 25, "A B": 37},
-    "integrator": {"scheme": "dpd-vv", "dt": 0.04},
-    "steps": {"equilibrate": 0, "sample": 400},
-}
+BLENDS = PLAIN | {"box": [8, 8, 20], "steps": {"equilibrate": 0, "sample": 400}}
 
 
 def swept(scene, replicas=1, **axes):

@@ -24,8 +24,9 @@ from dpd.jit import kernel
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
+from tests.conftest import begin
+from tests.systems import Killed, assert_same_state, kill_at
 from tests.test_extend import CHAINS, assert_same
-from tests.test_interrupted import begin
 
 SCENE = CHAINS | {
     "steps": {"equilibrate": 20, "sample": 700},
@@ -63,6 +64,32 @@ def kept(good, tmp_path):
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
     rewrite(checkpoint, good)
     return checkpoint
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """A run that nothing interrupts."""
+    simulation, observers = new_run()
+    assert run(simulation, (1020, 200), observers) == 1220
+    return simulation, observers
+
+
+@pytest.mark.parametrize(
+    "last, saved",
+    [(1000, 500), (1025, 1000), (1115, 1110), (1220, 1215)],
+    ids=["equilibrating", "at the first sample", "sampling", "after the last sample"],
+)
+def test_a_killed_run_goes_on_to_the_same_bits(whole, tmp_path, last, saved):
+    """Whatever came after the last checkpoint is done again, and no more than that."""
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
+    simulation, observers = new_run()
+    with pytest.raises(Killed):
+        run(simulation, (1020, 200), observers, checkpoint, kill_at(last), every_seconds=0.0)
+    simulation, observers = new_run()
+    assert run(simulation, (1020, 200), observers, checkpoint) == 1220 - saved
+    assert_same_state(simulation.state, whole[0].state)
+    for found, expected in zip(observers, whole[1]):
+        np.testing.assert_equal(found.arrays, expected.arrays)
 
 
 def rewrite(checkpoint, arrays):

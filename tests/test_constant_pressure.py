@@ -22,6 +22,7 @@ from dpd.scene.yaml import merge
 from dpd.start.common.files import read_start, starting_from, write_start
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
+from tests.systems import Killed, kill_at
 
 FLUID = SCENE | {
     "pressure": {"target": 23.7, "time": 0.5},
@@ -100,20 +101,11 @@ def test_a_run_far_from_its_pressure_says_so():
     assert pressure_warning(held, {"pressure": 26 + noise, "pressure_tensor": tensor}) == ""
 
 
-class Interrupted(Exception):
-    """What stops a run from outside."""
-
-
 def test_a_checkpoint_holds_the_box(tmp_path):
     """Of its step, for those who read or look at it; also between two trials."""
     path, checkpoint = tmp_path / "run.nc", tmp_path / "run.checkpoint"
-
-    def stop(step):
-        if step >= 313:
-            raise Interrupted
-
-    with pytest.raises(Interrupted):
-        run(FLUID, path, stop, every_seconds=0.0)
+    with pytest.raises(Killed):
+        run(FLUID, path, kill_at(313), every_seconds=0.0)
     assert stored_in(checkpoint).key["scene"] == Scene(FLUID).digest
     with np.load(checkpoint) as stored:
         box = stored["box"]

@@ -17,7 +17,7 @@ from dpd.scene.yaml import merge
 from dpd.start.common.files import write_start
 from dpd.start.common.make import make_start
 from tests.conftest import SCENE
-from tests.systems import frames_of
+from tests.systems import Killed, frames_of, kill_at
 
 CHAINS = {
     "dimension": 2,
@@ -37,8 +37,8 @@ CHAINS = {
         {"stress_profile": {"every": 8}}, {"clusters": {"of": ["B"], "within": 0.6, "every": 6}},
     ],
 }  # fmt: skip
-IN_PLANE = CHAINS | {
-    "observe": [*CHAINS["observe"], {"crossings": {"every": 6}}, {"trajectory": {"every": 50}}]
+IN_PLANE = CHAINS | {  # with so many frames that the index of their file grows three times
+    "observe": [*CHAINS["observe"], {"crossings": {"every": 6}}, {"trajectory": {"every": 1}}]
 }
 IN_SPACE = CHAINS | {
     "dimension": 3,
@@ -78,6 +78,14 @@ PRESSED = IN_SPACE | {
         if not {"trace", "structure_factor"} & set(item)
     ],
 }  # fmt: skip
+TREES = IN_SPACE | {
+    "molecules": [{"architecture": "A 3 (B 2) A 3", "count": 30}],
+    "angle": {"A A A": {"stiffness": 5}, "B A A": {"stiffness": 4, "angle": 90},
+              "A B B": {"stiffness": 3, "angle": 120}},
+    "thermostat": {"gamma": {"A A": 4.5, "A B": 12, "B B": 0.5}}, "mass": {"A": 0.5, "B": 3},
+    "integrator": {"scheme": "dpd-vv", "dt": 0.01},
+    "observe": [{name: {"every": 5}} for name in ("thermo", "chains", "trace")],
+}  # fmt: skip
 # Systems, steps of sampling of the shorter run, and threads.
 CASES = {
     "2D, chains, a list": (IN_PLANE, 333, 1),
@@ -87,6 +95,7 @@ CASES = {
     "lowe-andersen": (with_scheme("lowe-andersen"), 777, 1),
     "walls and a body force": (WALLED, 345, 1),
     "constant pressure, a list": (merge(PRESSED, {"pairs": {"search": "list"}}), 345, 2),
+    "trees, frictions, masses": (TREES, 345, 2),
     "core": (FLUID | CORE | {"integrator": {"scheme": "gw-vv", "dt": 0.005}}, 777, 1),
 }
 
@@ -102,11 +111,26 @@ def sampled(data, sample):
     return merge(data, {"steps": {"sample": sample}})
 
 
-def run(data, path, **settings):
+def run(data, path, progress=None, **settings):
     """A run of a scene that keeps its state."""
     scene = Scene(data)
-    simulate(scene, path, make_start(scene), Options(own=True, **settings))
+    simulate(scene, path, make_start(scene), Options(own=True, **settings), progress)
     return path
+
+
+def assert_goes_on(folder, data, sample, threads, killed=None):
+    """A run that is killed on its way, gone on with, and made longer is as planned that long."""
+    whole = run(data, folder / "whole.nc")
+    short, part, said = sampled(data, sample), folder / "part.nc", []
+    with pytest.raises(Killed):
+        run(short, part, kill_at(killed or sample // 2), every_seconds=0.0)
+    assert part.with_suffix(".checkpoint").exists()
+    run(short, part, every_seconds=60, threads=threads, say=said.append)
+    assert not any("anew" in sentence for sentence in said)
+    more = Scene(data).steps.sample - sample
+    extend(part, more, folder / "longer.nc", Options(threads, own=True))
+    assert_same(whole, folder / "longer.nc")
+    assert read_former(part).scene.steps.sample == sample  # it stays as it was
 
 
 def assert_same(one, other):
@@ -125,17 +149,12 @@ def assert_same(one, other):
         assert told[name] == also[name], name
 
 
-@pytest.mark.few(1)
+@pytest.mark.few("2D, chains, a list", "constant pressure, a list")
 @pytest.mark.parametrize("case", CASES)
 def test_longer_is_as_planned_that_long(tmp_path, case):
-    """Every variable of every observable, whatever it looked at when the shorter run ended."""
-    data, sample, threads = CASES[case]
-    whole = run(data, tmp_path / "whole.nc")
-    part = run(sampled(data, sample), tmp_path / "part.nc")
-    more = Scene(data).steps.sample - sample
-    extend(part, more, tmp_path / "longer.nc", Options(threads, own=True))
-    assert_same(whole, tmp_path / "longer.nc")
-    assert read_former(part).scene.steps.sample == sample  # it stays as it was
+    """Every variable of every observable, whatever it looked at when the shorter run was killed
+    and when it ended."""
+    assert_goes_on(tmp_path, *CASES[case])
 
 
 def test_a_trajectory_that_is_gone(tmp_path):

@@ -2,25 +2,21 @@
 
 import json
 import os
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import dpd
 from dpd.files import read
-from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start
-from tests.test_extend import assert_same
+from tests.conftest import SCENE
+from tests.test_extend import assert_goes_on, assert_same
 
-CHAINS = {
-    "dimension": 3,
+CHAINS = SCENE | {
     "box": 5,
     "molecules": [{"architecture": "A 3", "density": 2}, {"architecture": "B", "density": 1}],
     "bond": {"stiffness": 20, "length": 0.5},
     "repulsion": {"A A": 25, "A B": 30, "B B": 25},
-    "integrator": {"scheme": "gw-vv", "dt": 0.04},
     "steps": {"equilibrate": 40, "sample": 160},
     "observe": ["thermo", {"configuration": {"every": 50}}, {"rdf": {"range": 2}}],
 }
@@ -87,21 +83,12 @@ KINDS = {
 }  # fmt: skip
 
 
-@pytest.mark.few("several values-90", "several values-140")
-@pytest.mark.parametrize("stop", [90, 140])
+@pytest.mark.few("several values")
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_schedule_goes_on_where_it_was_stopped(tmp_path, kind, stop):
+def test_a_schedule_goes_on_where_it_was_stopped(tmp_path, kind):
     """Where values change, and in between."""
-    scene, at = Scene(CHAINS | KINDS[kind]), [0]
-    simulate(scene, tmp_path / "whole.nc", make_start(scene), Options(own=True))
-    own = Options(every_seconds=60, own=True)
-    with pytest.raises(dpd.UserError, match="stopped at step"):
-        simulate(
-            scene, tmp_path / "run.nc", make_start(scene), own, at.append, lambda: at[-1] >= stop
-        )
-    own = replace(own, threads=1 if kind == "shardlow" else 2)
-    simulate(scene, tmp_path / "run.nc", make_start(scene), own)
-    assert_same(tmp_path / "whole.nc", tmp_path / "run.nc")
+    threads = 1 if kind == "shardlow" else 2
+    assert_goes_on(tmp_path, CHAINS | KINDS[kind], 100, threads, killed=90)
 
 
 def test_times_are_those_of_steps_that_were_taken():

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
+import dpd
 from dpd.engine.space import nearest
 from dpd.errors import UserError
-from dpd.files import read
 from dpd.observe.common.measured import reaching_over
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
+from tests.conftest import SCENE
 
-DIMERS = {
-    "dimension": 3,
+DIMERS = SCENE | {
     "box": 3,
     "molecules": [{"architecture": "A 2", "count": 500}],
     "repulsion": {"A A": 0},
@@ -55,12 +55,11 @@ def test_what_is_counted():
 BOX = 6.2  # about the smallest in which these dimers are short enough
 
 
-def test_numbers_just_below_the_limit_are_exact(tmp_path):
+def test_numbers_just_below_the_limit_are_exact():
     """<r^2> = 3 kT / C and an excess pressure of -n kT / V."""
-    scene = Scene(DIMERS | {"box": BOX, "steps": {"equilibrate": 500, "sample": 8000}})
-    simulate(scene, tmp_path / "run.nc", make_start(scene))
-    variables, _ = read(tmp_path / "run.nc")
+    longer = {"box": BOX, "steps": {"equilibrate": 500, "sample": 8000}}
+    run = dpd.run(DIMERS | longer, progress=False)
     for name, exact in (("bond_mean_square", 1.5), ("excess_conservative", -500 / BOX**3)):
-        blocks = variables[name].reshape(50, -1).mean(axis=1)
+        blocks = run[name].values.reshape(50, -1).mean(axis=1)
         error = blocks.std(ddof=1) / np.sqrt(50)
         assert abs(blocks.mean() - exact) < 4 * error < 0.02 * abs(exact)

@@ -43,12 +43,18 @@ def test_a_paper_outside_of_the_clone_is_planned(outside):
 
 @pytest.mark.thorough
 def test_a_paper_outside_of_the_clone_is_made(outside):
-    """A value and a verdict; an edit of what its figure imports draws that again alone."""
+    """A value and a verdict, in a report of its own; the one of all papers stays, and so does its
+    own where a new one fails. An edit of what its figure imports draws that again alone."""
     folder, papers, asked = outside
+    results, shared = folder / "results" / "quick", ("report.html", "verdicts.csv")
+    results.mkdir(parents=True)
+    for name in shared:
+        (results / name).write_text("of all papers")
     done = snakemake(folder, *asked)
     assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
-    results = folder / "results" / "quick"
-    assert "Pressure of the DPD fluid" in (results / "report-mine.html").read_text()
+    assert {(results / name).read_text() for name in shared} == {"of all papers"}
+    page, template = results / "report-mine.html", folder / "src" / "dpd" / "report" / "page.html"
+    assert "Pressure of the DPD fluid" in page.read_text() and "data:image/png" in page.read_text()
     (row,) = pd.read_csv(results / "verdicts-mine.csv").itertuples()
     assert abs(row.value - 0.1) < 0.02 and row.published == 0.101
     assert planned(folder, *asked) == {}
@@ -56,8 +62,15 @@ def test_a_paper_outside_of_the_clone_is_made(outside):
     drawn = {"draw_figure": 1, "join_verdicts": 1, "write_report": 1}
     assert planned(folder, *asked) == drawn
     edit(papers / "mine" / "shared.py", "24.0", "25.0")
-    edit(papers / "mine" / "published.yaml", "value: 0.101", "value: 0.102")
+    published = papers / "mine" / "published.yaml"
+    published.write_text("# A comment.\n" + published.read_text())
+    assert planned(folder, *asked) == {}
+    edit(published, "value: 0.101", "value: 0.102")
     assert planned(folder, *asked) == drawn
+    edit(published, "value: 0.102", "value: 0.101")
+    before = page.read_bytes()
+    edit(template, "{{ study }} study</h1>", "{{ study }} {{ nothing.at.all }} study</h1>")
+    assert snakemake(folder, *asked).returncode != 0 and page.read_bytes() == before
 
 
 def test_the_least_that_a_paper_needs(tmp_path):

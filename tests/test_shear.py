@@ -12,12 +12,13 @@ from dpd.engine.space import tilted
 from dpd.errors import UserError
 from dpd.particles import read, write
 from dpd.physics.shear import Shear
-from dpd.runs.run import Options, extend, simulate
+from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
 from tests.engine.test_pairs import box_with
+from tests.test_extend import assert_goes_on
 from tests.test_particles import melt
 
 FLUID = SCENE | {
@@ -145,20 +146,9 @@ def test_a_tilted_box_does_not_begin_a_scene_of_another_flow(sheared):
 
 def test_a_sheared_run_made_longer_is_one_that_was_planned_that_long(sheared, tmp_path):
     """Bit for bit, from a start whose images had slid before, with two threads."""
-    _, path = sheared
-    data = FLUID | {"start": {"method": "file", "path": str(path)}, "seed": 4}
-    short, whole = Scene(data), Scene(data | {"steps": {"equilibrate": 20, "sample": 200}})
-    keep = Options(own=True)
-    simulate(short, tmp_path / "run.nc", make_start(short), keep)
-    simulate(whole, tmp_path / "whole.nc", make_start(whole), keep)
-    extend(tmp_path / "run.nc", 90, tmp_path / "run.nc", Options(2, own=True))
-    found, expected = (xr.open_dataset(tmp_path / name) for name in ("run.nc", "whole.nc"))
-    assert set(found.variables) == set(expected.variables)
-    for name in expected.variables:
-        np.testing.assert_array_equal(found[name].values, expected[name].values, err_msg=name)
-    one, other = read(tmp_path / "run.gsd"), read(tmp_path / "whole.gsd")
-    np.testing.assert_array_equal(one.position, other.position)
-    assert one.box.tilt == other.box.tilt
+    start = {"start": {"method": "file", "path": str(sheared[1])}}
+    longer = {"steps": {"equilibrate": 20, "sample": 200}, "seed": 4}
+    assert_goes_on(tmp_path, FLUID | start | longer, 110, threads=2)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from dpd.report.text import sweep_line
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge, read_section
 from tests.conftest import SCENE, command
-from tests.test_pipeline import copy_repository, edit, planned, snakemake
+from tests.test_pipeline import copy_repository, planned, snakemake
 
 CHAINS = merge(
     SCENE,
@@ -50,7 +50,7 @@ def test_a_density_that_chains_miss_by_much_is_refused():
 MINE = """title: A paper of mine
 reference: nowhere
 sweeps: {}
-figures: FIGURES
+figures: {line: {sweeps: []}}
 """
 FIGURE = """import xarray as xr
 from matplotlib import pyplot as plt
@@ -77,56 +77,11 @@ ALONE = ("--config", "papers=[mine]")
 
 @pytest.fixture
 def mine(tmp_path):
-    """A copy of the repository with a paper of one's own, and a shared report of before."""
+    """A copy of the repository with a paper of one's own, which has one figure."""
     folder = copy_repository(tmp_path / "copy")
-    (folder / "config" / "papers" / "mine.yaml").write_text(MINE.replace("FIGURES", "{}"))
-    results = folder / "results" / "quick"
-    results.mkdir(parents=True)
-    for name in ("report.html", "verdicts.csv"):
-        (results / name).write_text("of all papers")
+    (folder / "config" / "papers" / "mine.yaml").write_text(MINE)
+    (folder / "paper_figures" / "mine").mkdir()
     return folder
-
-
-def give_figure(folder, text=FIGURE):
-    """Give the paper its one figure."""
-    paper = folder / "config" / "papers" / "mine.yaml"
-    paper.write_text(MINE.replace("FIGURES", "{line: {sweeps: []}}"))
-    pages = folder / "paper_figures" / "mine"
-    pages.mkdir(exist_ok=True)
-    (pages / "line.py").write_text(text)
-    return pages / "line.py"
-
-
-@pytest.mark.thorough
-def test_some_papers_have_a_report_of_their_own(mine):
-    """The shared one stays; comments on published numbers redraw nothing; a failed one is kept."""
-    measured = 'from dpd.analysis.verdicts import Measured\n    return {"y": Measured(2.0, 0.1)}'
-    give_figure(mine, FIGURE.replace("return {}", measured))
-    published = mine / "paper_figures" / "mine" / "published.yaml"
-    published.write_text(
-        "y: {figure: line, quantity: y, value: 2, error: 0.1, where: here}\n"
-        "z: {figure: other, quantity: z, value: 2, error: 0.1, where: there}\n"
-    )
-    done = snakemake(mine, *ALONE)
-    assert done.returncode == 0, done.stdout + done.stderr
-    results = mine / "results" / "quick"
-    page = results / "report-mine.html"
-    assert "A paper of mine" in page.read_text() and "data:image/png" in page.read_text()
-    for name in ("report.html", "verdicts.csv"):
-        assert (results / name).read_text() == "of all papers"
-    published.write_text("# A comment.\n" + published.read_text())
-    edit(published, "where: there", "where: elsewhere")
-    assert planned(mine, *ALONE) == {}
-    edit(published, "quantity: y, value: 2,", "quantity: y, value: 3,")
-    assert planned(mine, *ALONE)["draw_figure"] == 1
-    before = page.read_bytes()
-    template = mine / "src" / "dpd" / "report" / "page.html"
-    edit(template, "{{ study }} study</h1>", "{{ study }} {{ nothing.at.all }} study</h1>")
-    assert snakemake(mine, *ALONE).returncode != 0
-    assert page.read_bytes() == before
-    edit(template, "{{ nothing.at.all }} ", "new ")
-    assert snakemake(mine, *ALONE).returncode == 0
-    assert page.read_bytes() != before and planned(mine, *ALONE) == {}
 
 
 BROKEN = {
@@ -144,7 +99,7 @@ BROKEN = {
 def test_broken_figure_files(mine, name):
     """File, line and what is needed in one sentence, no traceback, nothing written."""
     text, words = BROKEN[name]
-    give_figure(mine, text)
+    (mine / "paper_figures" / "mine" / "line.py").write_text(text)
     source = {"PYTHONPATH": str(mine / "src")}
     done = command("figure", "quick", "mine", "line", "-o", "figures", cwd=mine, **source)
     assert done.returncode == 1
@@ -162,7 +117,7 @@ def test_a_renamed_sweep_keeps_its_runs(mine):
 
     def write_sweep(name, **more):
         sweeps = {"sweeps": {name: sweep | more}}
-        path.write_text(yaml.safe_dump(yaml.safe_load(MINE.replace("FIGURES", "{}")) | sweeps))
+        path.write_text(yaml.safe_dump({"title": "Mine"} | sweeps))
 
     write_sweep("old")
     done = snakemake(mine, *ALONE)

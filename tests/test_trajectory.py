@@ -1,7 +1,6 @@
 """Trajectories: what is in them, who reads them, and the same frames through any kill."""
 
 import os
-import random
 import re
 
 import freud
@@ -19,7 +18,7 @@ from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
-from tests.systems import frames_of
+from tests.systems import Killed, frames_of, kill_at
 
 CHAINS = {
     "dimension": 2,
@@ -79,41 +78,6 @@ def test_frames_are_the_states_of_the_run(tmp_path, base):
                 assert not array[:, d:].any()
 
 
-class Killed(BaseException):
-    """What ends a run at once, without any of its clean-up."""
-
-
-def kill_after(steps):
-    """Progress that ends a run."""
-
-    def progress(done):
-        if done >= steps:
-            raise Killed
-
-    return progress
-
-
-def test_a_run_that_was_killed_leaves_the_same_frames(tmp_path):
-    """Frames up to 600, for which the index of the file grows three times; killed at 8 places."""
-    scene = watched(1, CHAINS)
-    whole, killed = tmp_path / "whole", tmp_path / "killed"
-    simulate(scene, whole / "run.nc", make_start(scene))
-    rng, stops = random.Random(1), 0
-    for _ in range(8):
-        settings, kill = Options(every_seconds=rng.choice([0, 1e9])), rng.randrange(1, 610)
-        try:
-            simulate(scene, killed / "run.nc", make_start(scene), settings, kill_after(kill))
-        except Killed:
-            stops += 1
-            assert not (killed / "run.gsd").exists()
-    assert stops
-    simulate(scene, killed / "run.nc", make_start(scene), Options(every_seconds=60))
-    assert frames_of(killed / "run.gsd") == frames_of(whole / "run.gsd")
-    assert sorted(os.listdir(killed)) == ["run.gsd", "run.nc"]
-    with gsd.hoomd.open(killed / "run.gsd") as file:
-        assert len(file) == 600
-
-
 def test_a_run_that_is_stopped_can_be_looked_at(tmp_path):
     """The unfinished file has all frames so far, and the former trajectory is still there."""
     scene = watched(4, CHAINS)
@@ -144,7 +108,7 @@ def test_frames_that_are_not_those_of_the_checkpoint(tmp_path):
     simulate(scene, tmp_path / "whole.nc", make_start(scene))
     settings = Options(every_seconds=0.0)
     with pytest.raises(Killed):
-        simulate(scene, tmp_path / "run.nc", make_start(scene), settings, kill_after(500))
+        simulate(scene, tmp_path / "run.nc", make_start(scene), settings, kill_at(500))
     damage(tmp_path / "run.unfinished.gsd", 100)
     settings = Options(every_seconds=60, say=said.append)
     simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
@@ -159,7 +123,7 @@ def test_frames_hold_what_a_scene_asks_for(tmp_path):
         {"trajectory": asked}, {"thermo": {"every": 4}}]})  # fmt: skip
     settings = Options(every_seconds=0.0)
     with pytest.raises(Killed):
-        simulate(scene, tmp_path / "run.nc", make_start(scene), settings, kill_after(16))
+        simulate(scene, tmp_path / "run.nc", make_start(scene), settings, kill_at(16))
     simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
     simulation, written = Simulation(system_of(scene), make_start(scene)), scene.kinds == 0
     with gsd.hoomd.open(tmp_path / "run.gsd") as file:

@@ -18,6 +18,7 @@ from dpd.scene.molecules import Molecule, tree_of
 from dpd.scene.scene import Scene
 from dpd.start import start_description
 from dpd.start.common.make import make_start, system_of
+from tests.conftest import SCENE as FLUID
 from tests.systems import look
 from tests.test_bad_input import refusal
 
@@ -93,8 +94,7 @@ def test_the_middle_is_as_far_from_both_ends(text):
     assert apart[found.middle] == apart.max() % 2
 
 
-SCENE = {
-    "dimension": 3,
+SCENE = FLUID | {
     "box": [5.0, 6.0, 7.0],
     "molecules": [
         {"architecture": COMB, "count": 4}, {"architecture": "A B A", "count": 3},

@@ -15,18 +15,19 @@ from tests.systems import (
     assert_same_state,
     by_identity,
     chains,
+    fewer_in_python,
     make_simulation,
     make_system,
     random_beads,
 )
 
 BOX = {2: (3.1, 2.5), 3: (2.5, 3.7, 4.0)}
-BOTH = pytest.mark.parametrize(  # each kind of kernel takes a while to compile
+BOTH = pytest.mark.parametrize(
     ("dimension", "skin"), [(3, 0.2), (2, 0.0)], ids=["3D, list", "2D, cells"]
 )
+pytestmark = pytest.mark.plain
 
 
-@pytest.mark.few(1)
 @BOTH
 def test_two_beads_at_one_place(dimension, skin):
     """At rest they stay, bonded or not; a third beside them is pushed by both alike."""
@@ -41,7 +42,6 @@ def test_two_beads_at_one_place(dimension, skin):
         np.testing.assert_allclose(force, expected, atol=1e-9)
 
 
-@pytest.mark.few(1)
 @BOTH
 def test_coordinates_far_outside_the_box(dimension, skin):
     """They are those of their image inside, to what is left of their digits."""
@@ -52,7 +52,7 @@ def test_coordinates_far_outside_the_box(dimension, skin):
     inside = make_simulation(system, wrapped(far, system.box)[0], velocity)
     outside = make_simulation(system, far, velocity)
     for simulation in (inside, outside):
-        simulation.advance(30)
+        simulation.advance(fewer_in_python(30))
     assert_same_state(inside.state, outside.state)
     assert_same_place(far, position, system.box, 1e-9)
 
@@ -94,7 +94,6 @@ def doomed(scheme="gw-vv", dt=0.12):
     return simulation
 
 
-@pytest.mark.few(1)
 @pytest.mark.parametrize(("scheme", "dt"), [("gw-vv", 0.12), ("aboba", 0.17)])
 def test_what_went_well_before_a_run_breaks_is_kept(tmp_path, scheme, dt):
     """All sums, also of a scheme that is measured in calls of its own; state and checkpoint."""

@@ -14,6 +14,7 @@ from tests.systems import (
 )
 
 DIRECTION = np.array([2.0, -1.0, 2.0]) / 3
+pytestmark = pytest.mark.plain
 
 
 def test_moving_bead_keeps_its_velocity_and_wraps():

@@ -74,6 +74,7 @@ def test_force_and_curvature_of_a_bond_are_slopes(name, r):
         assert curvature_of_bond(record, r) == pytest.approx(-slope, rel=1e-6)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("rest", [np.pi, 2.0, 0.0])
 @pytest.mark.parametrize("angle", [np.pi, 0.0])
 def test_straight_angles_stay_finite(angle, rest):
