@@ -1,6 +1,7 @@
 """What tests of the command line share."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -46,6 +47,26 @@ def python(*words, cwd=None, **environment):
 def command(*arguments, **given):
     """A command in a process of its own."""
     return python("-m", "dpd", *arguments, **given)
+
+
+def folder_with(files):
+    """A fixture: a folder to work in, with files by name, a text or a scene in each."""
+
+    @pytest.fixture
+    def folder(tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        for name, content in files.items():
+            text = content if isinstance(content, str) else yaml.safe_dump(content)
+            (tmp_path / name).write_text(text)
+        return tmp_path
+
+    return folder
+
+
+def documented(words):
+    """The first block of Python behind some words in what is written on pages of one's own."""
+    text = (ROOT / "config" / "SCENES.md").read_text()
+    return re.search(f"{words}.*?```python\n(.*?)```", text, re.S)[1]
 
 
 class Command(subprocess.Popen):

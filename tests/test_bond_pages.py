@@ -1,16 +1,14 @@
 """Laws of bonds beside the harmonic one: pages of the package, and of a user's own."""
 
-import re
-
 import numpy as np
 import pytest
 
-from dpd.digest import ROOT
 from dpd.engine.simulation import Simulation
 from dpd.scene.scene import Scene
 from dpd.start import start_description, start_digest
 from dpd.start.common.make import make_start, system_of
 from tests import test_own_forces
+from tests.conftest import documented, folder_with
 from tests.test_bad_input import refusal
 
 QUARTIC = '''"""Bonds with a term of fourth order."""
@@ -49,12 +47,7 @@ RELAX = {"relax": {"steps": 5, "dt": 0.005}}
 FENE = {"stiffness": {"A A": 30, "A B": 20, "B B": 40}, "length": 1.5}
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """A folder to work in, with the page."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "quartic.py").write_text(QUARTIC)
-    return tmp_path
+folder = folder_with({"quartic.py": QUARTIC})
 
 
 def quartic(r, stiffness):
@@ -130,8 +123,6 @@ def test_a_start_may_have_another_law():
 
 def test_the_page_of_the_documentation(folder):
     """As it stands there, its force is the slope of its energy."""
-    text = (ROOT / "config" / "SCENES.md").read_text()
-    code = re.search("## Bonds of your own.*?```python\n(.*?)```", text, re.S)[1]
-    (folder / "quartic.py").write_text(code)
+    (folder / "quartic.py").write_text(documented("## Bonds of your own"))
     scene = Scene(OWN | {"quartic": {"strength": {"A A": 100, "A B": 50, "B B": 80}}})
     assert start_description(scene)["flight"]["A B"] == 0.5

@@ -11,26 +11,19 @@ from pathlib import Path
 
 import netCDF4
 import pytest
-import yaml
 
 from dpd import runs as module
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import read
 from dpd.runs import alone, worker_on
-from tests.conftest import SCENE, begin, wait_for
+from tests.conftest import SCENE, begin, folder_with, wait_for
 from tests.test_faults import POINT
 
 LONG = SCENE | {"steps": {"equilibrate": 20, "sample": 10_000_000}}
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    """A folder with scenes; what tests of one process share is the cache."""
-    monkeypatch.chdir(tmp_path)
-    for name, scene in {"scene": SCENE, "long": LONG}.items():
-        Path(f"{name}.yaml").write_text(yaml.safe_dump(scene))
-    return tmp_path
+here = folder_with({"scene.yaml": SCENE, "long.yaml": LONG})
 
 
 def made():

@@ -88,7 +88,7 @@ KINDS = {
 def test_a_schedule_goes_on_where_it_was_stopped(tmp_path, kind):
     """Where values change, and in between."""
     threads = 1 if kind == "shardlow" else 2
-    assert_goes_on(tmp_path, CHAINS | KINDS[kind], 100, threads, killed=90)
+    assert_goes_on(tmp_path, CHAINS | KINDS[kind], 140, threads, killed=140)
 
 
 def test_times_are_those_of_steps_that_were_taken():

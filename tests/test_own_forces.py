@@ -1,18 +1,15 @@
 """Pair forces of a user's own: a file with an energy and its slope, beside the repulsion."""
 
-import re
-
 import numpy as np
 import pytest
 import yaml
 
 import dpd
-from dpd.digest import ROOT
 from dpd.engine.simulation import Simulation
 from dpd.files import read
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
-from tests.conftest import command
+from tests.conftest import command, documented, folder_with
 from tests.test_bad_input import refusal
 from tests.test_own_pages import SCENE
 
@@ -54,12 +51,7 @@ DEPTH = {"A A": 1, "A B": 0, "B B": 3}
 OWN = PLAIN | {"pages": ["morse.py"], "morse": {"depth": DEPTH}}
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """A folder to work in, with the page."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "morse.py").write_text(MORSE)
-    return tmp_path
+folder = folder_with({"morse.py": MORSE})
 
 
 def by_hand(position, kinds, repulsion, depth, box, alpha=4.0, length=0.6):
@@ -130,9 +122,7 @@ def test_what_is_wrong_is_told_before_anything_compiles(folder, change, said):
 
 def test_the_page_of_the_documentation(folder):
     """As it stands there, it draws beads together."""
-    text = (ROOT / "config" / "SCENES.md").read_text()
-    code = re.search("## A pair force of your own.*?```python\n(.*?)```", text, re.S)[1]
-    (folder / "attraction.py").write_text(code)
+    (folder / "attraction.py").write_text(documented("## A pair force of your own"))
     own = {"pages": ["attraction.py"], "attraction": {"depth": 2}}
     pulled, plain = dpd.run(PLAIN | own, progress=False), dpd.run(PLAIN, progress=False)
     assert float(pulled.pressure.mean()) < float(plain.pressure.mean()) - 2

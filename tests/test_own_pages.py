@@ -19,7 +19,7 @@ from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import read_yaml
 from tests.conftest import SCENE as PLAIN
-from tests.conftest import command, python
+from tests.conftest import command, documented, folder_with, python
 
 PAGE = '''"""The mean number of neighbours of a bead."""
 
@@ -44,13 +44,7 @@ SCENE = PLAIN | {
 }
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """A folder to work in, with a page and a scene."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.py").write_text(PAGE)
-    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(SCENE))
-    return tmp_path
+folder = folder_with({"mine.py": PAGE, "scene.yaml": SCENE})
 
 
 def neighbours_of(variables, box=4.0, within=0.9):
@@ -136,8 +130,7 @@ def test_settings_and_refusals_are_those_of_any_page(folder):
 def test_the_page_of_the_documentation(folder):
     """As it stands there, it measures what `chains` does."""
     text = (ROOT / "config" / "SCENES.md").read_text()
-    code = re.search("`gyration.py`.*?```python\n(.*?)```", text, re.S)[1]
-    (folder / "gyration.py").write_text(code)
+    (folder / "gyration.py").write_text(documented("`gyration.py`"))
     short = re.search("```python\n(import dpd\n+def span.*?)\nrun =", text, re.S)[1]
     (folder / "span.py").write_text(short)
     chains = {

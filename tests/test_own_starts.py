@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 import yaml
 
 import dpd
-from dpd.digest import PACKAGE, ROOT
+from dpd.digest import PACKAGE
 from dpd.errors import UserError
 from dpd.files import attributes
 from dpd.files import read as read_netcdf
@@ -21,7 +20,7 @@ from dpd.start import start_work
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import compile_start, make_start
 from tests import test_bond_pages, test_own_forces, test_own_pages
-from tests.conftest import command
+from tests.conftest import command, documented, folder_with
 
 PAGE = '''"""Beads on a line."""
 
@@ -53,14 +52,7 @@ SCENE = test_own_pages.SCENE | {
 RELAXED = SCENE | {"start": SCENE["start"] | {"relax": {"steps": 10, "dt": 0.01}}}
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """A folder to work in, with a page and a scene."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "line.py").write_text(PAGE)
-    data = {key: value for key, value in SCENE.items() if key != "pages"}
-    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(data))
-    return tmp_path
+folder = folder_with({"line.py": PAGE, "scene.yaml": SCENE | {"pages": []}})
 
 
 def on_a_line(beads, step):
@@ -128,9 +120,7 @@ def test_between_walls_beads_are_counted_from_the_lower_one(folder):
 
 def test_the_page_of_the_documentation(folder):
     """Tails are in the middle, heads outside of them, and water anywhere."""
-    text = (ROOT / "config" / "SCENES.md").read_text()
-    code = re.search("## A start of your own.*?```python\n(.*?)```", text, re.S)[1]
-    (folder / "bilayer.py").write_text(code)
+    (folder / "bilayer.py").write_text(documented("## A start of your own"))
     kinds = [{"architecture": "A B 3", "count": 20}, {"architecture": "A", "count": 9}]
     start = {"start": {"method": "bilayer", "spacing": 0.4}, "pages": ["bilayer.py"]}
     bond = {"bond": {"stiffness": 50, "length": 0.5}}

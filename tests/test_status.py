@@ -31,7 +31,7 @@ from dpd.pipeline.status import (
     seconds_left,
 )
 from dpd.runs import Progress, worker_on
-from tests.conftest import SCENE, begin, wait_for
+from tests.conftest import SCENE, begin, folder_with, wait_for
 from tests.test_interrupted import dpd
 
 THERMO = {"observe": [{"thermo": {"every": 10}}]}
@@ -45,13 +45,7 @@ LOG = Path("results/smoke/logs", PAPER, "runs/fluid", f"{POINT}.log")
 AT_ONCE = ("--checkpoint-every", "0.5")
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    """A folder with scenes."""
-    monkeypatch.chdir(tmp_path)
-    for name, scene in {"scene": MEDIUM, "long": LONG}.items():
-        Path(f"{name}.yaml").write_text(yaml.safe_dump(scene))
-    return tmp_path
+here = folder_with({"scene.yaml": MEDIUM, "long.yaml": LONG})
 
 
 def look(*arguments):
