@@ -6,7 +6,7 @@ import xarray as xr
 import yaml
 
 from dpd.errors import UserError
-from dpd.physics.common import automatic
+from dpd.physics import integrator
 from dpd.physics.integrator import Integrator
 from dpd.scene.scene import Scene
 from paper_figures.benchmark.accuracy import cheapest, choices, limit
@@ -95,7 +95,7 @@ def test_cheapest_is_the_fastest_that_is_surely_good():
 @pytest.fixture
 def measured(monkeypatch, tmp_path):
     (tmp_path / "automatic.yaml").write_text(yaml.safe_dump(TABLE))
-    monkeypatch.setattr(automatic, "TABLE", tmp_path / "automatic.yaml")
+    monkeypatch.setattr(integrator, "TABLE", tmp_path / "automatic.yaml")
 
 
 def guess(scene):
@@ -140,7 +140,7 @@ def test_recommendations_are_what_auto_reads(tmp_path, monkeypatch):
     for system in ("fluid", "melt"):
         data.to_netcdf(tmp_path / f"{system}_accuracy.nc", engine="netcdf4")
     (tmp_path / "schemes.yaml").write_text(recommendations(tmp_path))
-    monkeypatch.setattr(automatic, "TABLE", tmp_path / "schemes.yaml")
+    monkeypatch.setattr(integrator, "TABLE", tmp_path / "schemes.yaml")
     scene = Scene(SCENE | {"integrator": {"scheme": "auto", "tolerance": 0.003}})
     best = choices(data)[-1]
     assert (best.tolerance, best.scheme) == (0.003, "aboba")

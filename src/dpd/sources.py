@@ -43,7 +43,6 @@ if (ROOT / "benchmarks" / "measure.py").is_file():
 DECIDE_NOTHING = (
     "dpd", "dpd.digest", "dpd.errors",
     "dpd.own", "dpd.page", "dpd.page.base", "dpd.page.kinds",
-    "dpd.physics.common.automatic",
     "dpd.runs", "dpd.runs.result",
     "dpd.scene.sections", "dpd.scene.yaml", "dpd.sources",
 )  # fmt: skip

@@ -63,8 +63,8 @@ def add_bath(f, v, beads, mine, langevin, near, keys, edges):
             for c in range(n):
                 s = first + c
                 share = of_bead_or_one(langevin.shares, beads.species, s)
-                noise = random(langevin, np.sqrt(share) * near.zeta[c])
-                f[s, k] += noise - drag(langevin, share * v[s, k])
+                noise = random(langevin, np.sqrt(share) * near.zeta[c], 1.0)
+                f[s, k] += noise - drag(langevin, share * v[s, k], 1.0)
 
 
 @inlined(given="langevin")
@@ -73,7 +73,7 @@ def renew_bath(f, excess, species, mine, langevin, edges):
     for s in range(mine.first, mine.end):
         share = of_bead_or_one(langevin.shares, species, s)
         for k in range(len(edges)):
-            f[s, k] += drag(langevin, share * excess[s, k])
+            f[s, k] += drag(langevin, share * excess[s, k], 1.0)
 
 
 @inlined(given="body")

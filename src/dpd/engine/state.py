@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from dpd.physics.common.forces import Forces
-from dpd.physics.thermostat import Friction, Langevin
+from dpd.physics.thermostat import Friction
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -161,10 +161,8 @@ class System:
         gamma = float(self.wall_friction)
         if self.walls is None or gamma == 0.0:
             return self.walls
-        from dpd.physics.walls import WallFriction
-
         amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
-        return self.walls._replace(friction=WallFriction(gamma, amplitude, bool(self.gaussian)))
+        return self.walls._replace(friction=Friction(gamma, amplitude, bool(self.gaussian)))
 
     def _thermostat(self):
         """The term that holds the temperature, by its name; nothing without friction."""
@@ -180,9 +178,8 @@ class System:
             kind, kT = self.scheme.exchange, float(self.kT)
             return {"exchange": Exchange(kind, gamma, kT, gaussian, shares)}
         amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
-        if not self.per_bead:
-            return {"friction": Friction(gamma, amplitude, gaussian, shares)}
-        return {"langevin": Langevin(gamma, amplitude, gaussian, shares)}
+        name = "langevin" if self.per_bead else "friction"
+        return {name: Friction(gamma, amplitude, gaussian, shares)}
 
     def mass_of(self, species: np.ndarray | None) -> np.ndarray | float:
         """Mass of each bead, (n,); a number where all have the same."""

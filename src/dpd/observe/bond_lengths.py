@@ -1,5 +1,3 @@
-"""Bond lengths of each pair of species."""
-
 from typing import Any
 
 import numpy as np

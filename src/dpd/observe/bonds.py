@@ -1,5 +1,3 @@
-"""Bond lengths."""
-
 from typing import Any, ClassVar
 
 from dpd.observe.common.bins import Binned

@@ -1,5 +1,3 @@
-"""Sizes of molecules."""
-
 from typing import Any
 
 import numpy as np

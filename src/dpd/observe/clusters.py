@@ -1,5 +1,3 @@
-"""Sizes of clusters, as the aggregation numbers of micelles."""
-
 from typing import Any, Literal
 
 import numpy as np

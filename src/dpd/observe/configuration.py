@@ -1,5 +1,3 @@
-"""Where the beads are in the end."""
-
 from typing import Any
 
 from dpd.page import Change, Observable, interval_setting

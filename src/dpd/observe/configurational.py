@@ -1,5 +1,3 @@
-"""Configurational temperature: what the positions say of kT."""
-
 from dataclasses import replace
 from typing import Any
 

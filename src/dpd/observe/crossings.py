@@ -1,5 +1,3 @@
-"""Bonds that cross in two dimensions."""
-
 from typing import Any
 
 import numpy as np

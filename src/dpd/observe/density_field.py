@@ -1,5 +1,3 @@
-"""Density of each species on a grid, over time."""
-
 import math
 from typing import Any
 

@@ -1,5 +1,3 @@
-"""Diffusion coefficients as they settle."""
-
 from typing import Any
 
 import numpy as np

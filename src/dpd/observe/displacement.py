@@ -1,5 +1,3 @@
-"""Mean-square displacements by multiple-tau correlation."""
-
 from typing import Any
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""How far apart the ends of molecules are."""
-
 from typing import Any
 
 import numpy as np

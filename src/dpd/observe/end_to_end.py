@@ -1,5 +1,3 @@
-"""How long chains remember where they point."""
-
 from typing import Any
 
 import numpy as np

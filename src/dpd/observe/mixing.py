@@ -1,5 +1,3 @@
-"""How well species are mixed, over time."""
-
 from itertools import combinations
 from typing import Any
 

@@ -1,5 +1,3 @@
-"""Energy of the pairs of each two species, as thermodynamic integration needs it."""
-
 from typing import Any
 
 import numpy as np

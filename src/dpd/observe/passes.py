@@ -1,5 +1,3 @@
-"""Bonds that pass through each other in three dimensions."""
-
 from typing import Any
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Density of each species along an axis."""
-
 from typing import Any
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Radial distribution functions."""
-
 from itertools import combinations_with_replacement
 from typing import Any
 

@@ -1,5 +1,3 @@
-"""Normal and tangential pressure along an axis."""
-
 from dataclasses import replace
 from typing import Any
 

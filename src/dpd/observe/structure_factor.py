@@ -1,5 +1,3 @@
-"""Static structure factor of each pair of species."""
-
 import math
 from itertools import combinations_with_replacement
 from typing import Any

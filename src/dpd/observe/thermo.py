@@ -1,5 +1,3 @@
-"""kT, momentum, pressure tensors and energy over time."""
-
 from typing import Any
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""The way of one molecule."""
-
 from typing import Any
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Configurations one after the other, in a file of their own."""
-
 from pathlib import Path
 from typing import Any
 

@@ -1,5 +1,3 @@
-"""Mean velocity, temperature and density in layers across an axis."""
-
 from typing import Any
 
 import numpy as np

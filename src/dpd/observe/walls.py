@@ -1,5 +1,3 @@
-"""Forces of beads on walls."""
-
 from typing import Any
 
 import numpy as np

@@ -72,13 +72,13 @@ class Thermostat(Term, key="thermostat"):
 
 
 class Friction(NamedTuple):
-    """Friction and noise between pairs."""
+    """Friction and noise, between pairs, on each bead, or between beads and walls."""
 
     gamma: float  # friction in kT tau / r_c^2
     amplitude: float  # sigma dt^(-1/2), in kT / r_c
     gaussian: bool  # random numbers, or uniform ones
-    # (species, species): gamma_ij / gamma where pairs of species differ. The approach of a pair
-    # then comes multiplied by its share, and theta by the root of that.
+    # (species, species), or (species,) on each bead: gamma_ij / gamma where species differ. The
+    # approach, or the velocity, then comes multiplied by its share, and noise by the root of that.
     shares: np.ndarray | None = None
 
     def force(self, approach: float, inverse: float, w: float, theta: float) -> float:
@@ -86,18 +86,10 @@ class Friction(NamedTuple):
         drag = self.gamma * w * approach * inverse
         return w * (self.amplitude * theta - drag)
 
+    def random(self, zeta: float, w: float) -> float:
+        """Noise on a bead along an axis; w is 1 where no wall makes it."""
+        return self.amplitude * w * zeta
 
-class Langevin(NamedTuple):
-    """Friction and noise on each bead."""
-
-    gamma: float
-    amplitude: float
-    gaussian: bool
-    shares: np.ndarray | None = None  # (species,): gamma_i / gamma; as of pairs
-
-    def random(self, zeta: float) -> float:
-        return self.amplitude * zeta
-
-    def drag(self, velocity: float) -> float:
-        """Friction along an axis, which the force takes off."""
-        return self.gamma * velocity
+    def drag(self, velocity: float, w: float) -> float:
+        """Friction along an axis, which the force takes off, at a velocity relative to a wall."""
+        return self.gamma * w * w * velocity

@@ -33,6 +33,7 @@ from dpd.page import (
     Term,
     setting,
 )  # fmt: skip
+from dpd.physics.thermostat import Friction
 
 RANGE = 1.0  # of a wall's force in r_c
 # kT of chance, beside what neighbours push with, that a bead behind a plane may have in energy:
@@ -142,21 +143,6 @@ class SoftWalls(Term, key="walls"):
         return {"walls": walls, "wall_friction": float(self.gamma)}
 
 
-class WallFriction(NamedTuple):
-    """Friction and noise between beads and walls."""
-
-    gamma: float  # friction in kT tau / r_c^2
-    amplitude: float  # sigma dt^(-1/2), in kT / r_c
-    gaussian: bool  # random numbers, or uniform ones
-
-    def random(self, zeta: float, w: float) -> float:
-        return self.amplitude * w * zeta
-
-    def drag(self, velocity: float, w: float) -> float:
-        """Friction along an axis at a velocity relative to the wall; the force takes it off."""
-        return self.gamma * w * w * velocity
-
-
 class Walls(NamedTuple):
     """Planes at both ends of some axes: of each axis the lower one, then the upper one."""
 
@@ -166,7 +152,7 @@ class Walls(NamedTuple):
     inward: np.ndarray  # (walls,): 1.0 for a lower plane; -1.0 for an upper one
     velocity: np.ndarray  # (walls, dimension): of the wall, in r_c / tau
     reach: float  # how far behind a plane a bead may get, in r_c
-    friction: WallFriction | None = None
+    friction: Friction | None = None
 
     def force(self, a: float, z: float) -> float:
         """Force F at the distance z, for a bead with the repulsion a."""

@@ -69,12 +69,6 @@ class Lock:
             with open(place, "wb", buffering=0) as file:  # in one piece, for who reads it
                 file.write(json.dumps(data).ljust(ROOM).encode())
 
-    def end(self) -> None:
-        """Let others in."""
-        if not self._lease.compromise:
-            self._progress.unlink(missing_ok=True)
-        self._lease.release()
-
 
 def _sidecar(path, suffix):
     return Path(path).with_name(Path(path).name + suffix)
@@ -104,11 +98,12 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
             f"{place}: cannot be written ({reason(problem)}); {remedy(problem, place.parent)}"
         ) from None
     TEMPORARY.add(progress)
-    lock = Lock(lease, progress)
     try:
-        yield lock
+        yield Lock(lease, progress)
     finally:
-        lock.end()
+        if not lease.compromise:
+            progress.unlink(missing_ok=True)
+        lease.release()
         TEMPORARY.difference_update((place, progress))
 
 
@@ -123,17 +118,11 @@ def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wa
             if owner:
                 say(f"{lease.lock_file}: left by a run that was killed {who}; taking over")
             return
+        busy = f"{path}: another run is at work on it {who}"
         if owner and owner.alive and not wait:
-            raise UserError(
-                f"{path}: another run is at work on it {who}; wait for it, stop it, or choose "
-                "another output"
-            )
-        if owner and owner.alive:
-            busy = f"another run is at work on it {who}; waiting for it"
-        else:
-            busy = f"left on another machine {who}; waiting {SILENCE:g} s for a sign"
+            raise UserError(f"{busy}; wait for it, stop it, or choose another output")
         if owner and busy != said:
-            say(f"{path}: {busy}")
+            say(f"{busy}; waiting for it, or until it has given no sign of life for {SILENCE:g} s")
             said = busy
         time.sleep(POLL)
 

@@ -1,6 +1,6 @@
 """``integrator: {scheme: auto}``: try a step on the scene itself before anything is promised.
 
-`dpd.physics.common.automatic` proposes a scheme and a step from what was measured for a fluid and
+`dpd.physics.integrator.choose` proposes a scheme and a step from what was measured for a fluid and
 a melt. Here the scene runs for a while with that step and with half of it. The step is taken if kT,
 and the pressure, are then within the tolerance with confidence; otherwise it is made shorter. The
 same scene and sources lead to the same choice.

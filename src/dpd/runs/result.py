@@ -251,6 +251,8 @@ def write_result(
 
 
 def _attributes(scene, simulation, values, timed):
+    import numba
+
     density = scene.density
     if Change.STRETCHES in scene.made:  # the mean over the samples of a volume, which changes
         volume = values.get("volume", np.array([simulation.volume]))
@@ -265,7 +267,7 @@ def _attributes(scene, simulation, values, timed):
         "peak_memory_MiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
         "number_density": density,
     }
-    attributes = {**attributes, **versions(), **timed}
+    attributes |= {"numpy": np.__version__, "numba": numba.__version__, **timed}
     if scene.chosen:
         attributes["chosen"] = scene.chosen["said"]
     if warning := warning_of(scene, values):
@@ -288,13 +290,6 @@ def _with_means(variables):
             time = memory * step if np.isfinite(error) else np.nan
             found[name] = (*variable[:4], {"mean": mean, "error": error, "correlation_time": time})
     return found
-
-
-def versions() -> dict[str, str]:
-    """Of what computes, for a file."""
-    import numba
-
-    return {"numpy": np.__version__, "numba": numba.__version__}
 
 
 def summary(

@@ -298,7 +298,11 @@ def simulate(
     observers = observables(scene, systems[0][1], path, state)
     if former:
         go_on_after(former, observers)
-    keeper = _keeper(scene, path, options)
+    keeper, keeps = None, scene.data.get("keep_state", options.own)
+    if options.every_seconds is not None:
+        key = {"scene": scene.digest, "sources": run_sources(scene), "kept": keeps}
+        note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
+        keeper = Checkpoint(checkpoint_path(path), key, note)
     size = sum(
         np.asarray(array).nbytes for array in arrays_of(simulation.state, observers).values()
     )
@@ -324,8 +328,8 @@ def simulate(
     }
     if former:
         timed["extended_from_step"] = state.step
-    keeps = scene.data.get("keep_state", options.own) and lost < 0
     save = partial(keeper.save, simulation, observers) if keeper and lost < 0 else None
+    keeps = keeps and lost < 0
     try:
         found = write_result(Path(path), scene, simulation, observers, timed, keeps, save)
     except UserError as problem:
@@ -337,16 +341,6 @@ def simulate(
     for sentence in filter(None, found.warnings):
         options.say(sentence)  # now: where warnings are errors, it raises
     return summary(scene, found.values, found.attributes)
-
-
-def _keeper(scene, path, options):
-    """The checkpoint of a run, if it is to have one."""
-    if options.every_seconds is None:
-        return None
-    keeps = scene.data.get("keep_state", options.own)
-    key = {"scene": scene.digest, "sources": run_sources(scene), "kept": keeps}
-    note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
-    return Checkpoint(checkpoint_path(path), key, note)
 
 
 def _with_place(problem, scene, keeper):

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from dpd.physics.integrator import Exchange
     from dpd.physics.many_body import ManyBody
     from dpd.physics.repulsion import Soft
-    from dpd.physics.thermostat import Friction, Langevin
+    from dpd.physics.thermostat import Friction
     from dpd.physics.walls import Walls
 
 STEP = 1e-5  # r_c, of the difference that stands for a curvature which a page does not give
@@ -49,7 +49,7 @@ class Forces(NamedTuple):
     bond: Any = None  # see `bond_record`
     angle: Any = None
     friction: Friction | None = None
-    langevin: Langevin | None = None
+    langevin: Friction | None = None  # on each bead
     exchange: Exchange | None = None  # the thermostat is one of these three
     walls: Walls | None = None
     body_force: BodyForce | None = None
