@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import threading
 from contextlib import contextmanager, suppress
 from glob import escape
@@ -122,17 +121,11 @@ def refuse_to_replace(path: str | Path) -> None:
         raise Occupied(f"{path}: is there already")
 
 
-def check_room(path: str | Path, size: int) -> None:
-    """Refuse a place where a file of some bytes cannot be written; its folder is made."""
+def check_place(path: str | Path) -> None:
+    """Refuse a place where no file can be written; its folder is made."""
     path = Path(path)
     with writing(path), draft_of(path, is_kept=False) as draft:
         draft.write_bytes(b"0" * 4096)
-        free = shutil.disk_usage(path.parent).free
-    if free < size:
-        raise UserError(
-            f"{path}: {free / 2**20:.1f} MiB are free there, {size / 2**20:.1f} MiB are needed for "
-            "checkpoint and result; make room or choose another place"
-        )
 
 
 def read(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

@@ -15,8 +15,6 @@ from dpd.errors import FAILED, Occupied, Stopped, UserError, reason
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-LITTLE = 2**20  # bytes of a result whose size is not known before
-
 
 def new_parser(arguments: Sequence[str] = ()) -> ArgumentParser:
     """The parser of the command that comes first in some arguments; of all where that is none."""
@@ -54,11 +52,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     function, _, output = options.command
     try:
         if output and "." in output:  # a file, no folder: refused before anything is computed
-            from dpd.files import check_output, check_room
+            from dpd.files import check_output, check_place
 
             check_output(options.output, output[output.rfind(".") :])
             if options.output.parent.exists():  # no folder is made for what may be refused
-                check_room(options.output, LITTLE)
+                check_place(options.output)
         function(options)
         print(end="", flush=True)
     except BrokenPipeError:  # as with `| head`

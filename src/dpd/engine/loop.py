@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from dpd.engine.simulation import Simulation
     from dpd.engine.state import System
 
-
 LONGEST_CALL = 500  # steps between looks at the clock,
 MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dpd import files
-from dpd.engine.loop import Checkpoint, arrays_of, refuse_other_file, stored_in
+from dpd.engine.loop import Checkpoint, refuse_other_file, stored_in
 from dpd.engine.loop import run as run_steps
 from dpd.engine.simulation import Simulation
 from dpd.errors import LostRun, Stopped, UserError
@@ -54,7 +54,6 @@ if TYPE_CHECKING:
 NETCDF = ".nc"
 WARNING = "warning: "
 THREADS_PER_CORE = 4  # more only wait for each other
-COPIES = 3  # on the disk: of a checkpoint, of the draft of the next one, of the result
 TOGETHER = 0.5  # s within which two signals count as one: make and snakemake pass them on
 LAST_START: dict[str, State] = {}  # by its digest: runs that share a job often begin alike
 STOPPING = b"stopping after the steps under way; a second Ctrl-C ends at once\n"
@@ -150,7 +149,9 @@ def extend(
     sidecars = _sidecars(shorter, output, inputs)
     with alone(output, options.say) as lock:
         begun, former = time.perf_counter(), read_former(run)  # now nobody else is at work on it
-        step, scene, there = former.state.step, longer(former.scene, sample), None
+        steps = former.scene.data["steps"] | {"sample": former.scene.steps.sample + sample}
+        scene, there = Scene(former.scene.data | {"steps": steps}, former.scene.where), None
+        scene.chosen, step = former.scene.chosen, former.state.step
         before = int(former.attributes.get("extended_from_step", step))
         if output != run:
             there = None if options.overwrite else result_there(scene, output, options.say)
@@ -172,14 +173,6 @@ def extend(
             progress(step)  # so that the lock says how long it is to become
             begin = former.state
             return simulate(scene, output, begin, options, progress, stopping, begun, former)
-
-
-def longer(scene: Scene, sample: int) -> Scene:
-    """A scene with more steps of sampling."""
-    steps = scene.data["steps"] | {"sample": scene.steps.sample + sample}
-    found = Scene(scene.data | {"steps": steps}, scene.where)
-    found.chosen = scene.chosen
-    return found
 
 
 def _sidecars(scene, output, inputs):
@@ -289,8 +282,8 @@ def simulate(
 
     The ``state`` is a start or the end of a shorter run, which is ``former`` then; for ``progress``
     and ``stopping`` see `dpd.engine.loop.run`. ``begun`` is when the work began, as
-    `time.perf_counter` has it. Raises `UserError` if there is no room for checkpoint and result, or
-    if the run blows up or is stopped; the last checkpoint stays.
+    `time.perf_counter` has it. Raises `UserError` if checkpoint and result cannot be written there,
+    or if the run blows up or is stopped; the last checkpoint stays.
     """
     begun = time.perf_counter() if begun is None else begun
     systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
@@ -303,11 +296,7 @@ def simulate(
         key = {"scene": scene.digest, "sources": run_sources(scene), "kept": keeps}
         note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
         keeper = Checkpoint(checkpoint_path(path), key, note)
-    size = sum(
-        np.asarray(array).nbytes for array in arrays_of(simulation.state, observers).values()
-    )
-    sidecars = sum(getattr(observer, "file_bytes", 0) for observer in observers)
-    files.check_room(keeper.path if keeper else path, COPIES * size + sidecars)
+    files.check_place(keeper.path if keeper else path)
     running, lost = time.perf_counter() - COMPILING.duration, -1
     try:
         done = run_steps(
