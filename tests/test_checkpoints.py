@@ -109,7 +109,7 @@ def flipped(name):
 BAD = {
     "cut": lambda kept, good: kept.path.write_bytes(kept.path.read_bytes()[:-2000]),
     "another scene": lambda kept, good: setattr(kept, "key", json.dumps({"scene": "another"})),
-} | {name: flipped(name) for name in ("position", "dpd_checkpoint", "2/earlier")}
+} | {name: flipped(name) for name in ("position", "dpd_checkpoint", "2.earlier")}
 
 
 @pytest.mark.parametrize("name", BAD)

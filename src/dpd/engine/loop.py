@@ -248,19 +248,19 @@ def _cut_files(stored, observers):
     """Let observers with files of their own go on where they were; why one cannot, or nothing."""
     for i, observer in enumerate(observers):
         if file := file_of(observer):
-            frames, digests = int(stored[f"{i}/taken"][0]), stored.get(f"{i}/digests")
+            frames, digests = int(stored[f"{i}.taken"][0]), stored.get(f"{i}.digests")
             if wrong := file.cut(frames, digests):
                 return wrong
     return ""
 
 
 def arrays_of(state: State, observers: Sequence[Any]) -> dict[str, np.ndarray]:
-    """All that a run consists of, by name: its state, and ``0/NAME`` of the first observer..."""
+    """All that a run consists of, by name: its state, and ``0.NAME`` of the first observer..."""
     arrays = {name: np.asarray(value) for name, value in vars(state).items() if value is not None}
     if state.slid is not None:
         arrays["slid"] = np.array(state.slid, np.uint64)
     for i, observer in enumerate(observers):
-        arrays |= {f"{i}/{name}": array for name, array in observer.arrays.items()}
+        arrays |= {f"{i}.{name}": array for name, array in observer.arrays.items()}
     return arrays
 
 
@@ -281,7 +281,7 @@ def put_back(
         if state.step - counts_from(observer, equilibrate) < observer.every:
             continue
         for name, array in observer.arrays.items():
-            kept = stored[f"{i}/{name}"]
+            kept = stored[f"{i}.{name}"]
             room = min(len(array), len(kept))
             array[:room] = kept[:room]
     return state

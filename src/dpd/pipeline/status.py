@@ -172,7 +172,7 @@ def _means(arrays: Mapping[str, np.ndarray]) -> dict[str, tuple[float, float]]:
     """Means of what was sampled, and their errors; not of what has no value yet."""
     found = {}
     for name, array in arrays.items():
-        short = name.rpartition("/")[2]
+        short = name.rpartition(".")[2]
         if short in ("kT", "pressure") and np.isfinite(array).any():
             mean, error, _ = mean_and_error(array[np.isfinite(array)])
             found[short] = (float(mean), float(error))

@@ -54,13 +54,12 @@ def read_former(path: str | Path) -> Former:
     """The finished run in a file; `UserError` if it is none that can be made longer."""
     attributes = files.attributes(path)
     refuse_other(path, attributes)
-    scene, stored = scene_of(path, attributes), files.read_group(path, STATE)
-    if not stored:
+    scene, arrays = scene_of(path, attributes), files.read_group(path, STATE)
+    if not arrays:
         raise UserError(
             f"{path}: it holds no state to go on from. `dpd run --overwrite` makes it again with "
             "one; a run of a study has one if its scene says 'keep_state: true'"
         )
-    arrays = {name.replace(".", "/"): array for name, array in stored.items()}
     if attributes["scene_digest"] != scene.digest or "position" not in arrays:
         raise _of_another_version(path)  # a default has changed
     return Former(Path(path), scene, put_back(arrays, ()), arrays, attributes)
@@ -244,8 +243,7 @@ def write_result(
     if keeps:
         last = last_configuration(scene, simulation.state)
         found, attributes = found | variables_of(last), attributes | attributes_of(last)
-        arrays = arrays_of(simulation.state, observers)
-        groups = {STATE: {name.replace("/", "."): each for name, each in arrays.items()}}
+        groups = {STATE: arrays_of(simulation.state, observers)}
     files.write(path, found, attributes, groups)
     return Written(values, attributes, warnings)
 
