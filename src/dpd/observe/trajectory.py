@@ -36,12 +36,6 @@ class Trajectory(Observable, key="trajectory"):
 
         return TrajectoryFile(path)
 
-    def file_bytes(self, scene: Any) -> int:
-        from dpd.particles.gsd_files import bytes_of
-
-        frames, joined = self.watched(scene) // self.every, (len(scene.bonded), len(scene.angled))
-        return bytes_of(frames, self.written(scene).sum(), *joined, self.velocities)
-
     def keeps(self, scene: Any) -> Any:
         from dpd.particles.gsd_files import DIGEST
 

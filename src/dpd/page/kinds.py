@@ -118,10 +118,6 @@ class Observable(Page):
         """The file of its own, ``now.file``."""
         return None
 
-    def file_bytes(self, scene: Any) -> int:
-        """Its size in the end."""
-        return 0
-
     def steps_between(self, scene: Any) -> int:
         """Steps between samples where the scene does not say."""
         return round(self.interval / scene.dt)

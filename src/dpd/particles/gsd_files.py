@@ -174,12 +174,6 @@ def _new_file(path):
     return gsd.fl.open(str(path), "w", APPLICATION, "hoomd", SCHEMA)
 
 
-def bytes_of(frames: int, beads: int, bonds: int, angles: int, velocities: bool) -> int:
-    """Bytes that a trajectory takes on the disk in the end."""
-    each = 512 + (36 if velocities else 24) * beads  # the index doubles when it is full
-    return frames * each + 12 * bonds + 16 * angles
-
-
 class TrajectoryFile:
     """A trajectory ``run.gsd`` while a run goes on: the same frames, however often that is killed.
 

@@ -144,15 +144,14 @@ def _rates(pattern):
 
 
 def _kept(scene):
-    """MB of the result of a run, and of the files beside it, at most."""
+    """MB of the result of a run at most, without a trajectory beside it."""
     from dpd.observe.common.measured import observables
     from dpd.start.common.make import system_of
 
     observers = observables(scene, system_of(scene))
     kept = sum(array.nbytes for observer in observers for array in observer.arrays.values())
-    beside = sum(getattr(observer, "file_bytes", 0) for observer in observers)
     state = 8 * scene.beads * (4 * scene.dimension + 2)
-    return (state + kept + beside) / 1e6
+    return (state + kept) / 1e6
 
 
 def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
@@ -173,7 +172,7 @@ def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     text = (
         f"{shown.to_string(index=False, formatters=formats, float_format='%.1f')}\n"
         f"{table.runs.sum()} runs: {total:.1f} core-hours, {max(total / cores, longest):.1f} hours "
-        f"on {cores} cores at best; {table.disk.sum():.0f} MB of results at most"
+        f"on {cores} cores at best; {table.disk.sum():.0f} MB of results at most, without trajectories"
     )
     if table.measured.all():
         return text

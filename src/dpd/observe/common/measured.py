@@ -79,7 +79,7 @@ class Measured:
     """All that has been measured by a page in a run, an observer of `dpd.engine.loop.run`.
 
     ``arrays`` are all that a checkpoint has to hold: ``taken``, the number of samples, and what
-    these have left. ``file`` is the page's own, at ``path``, ``file_bytes`` its size in the end.
+    these have left. ``file`` is the page's own, at ``path``.
     """
 
     def __init__(
@@ -93,7 +93,6 @@ class Measured:
             self._gives, self._axes = page.given(scene), dict(page.axes(scene))
             self._kept = {name: np.atleast_1d(array) for name, array in page.keeps(scene).items()}
             self.file = None if path is None else page.opened(path)
-            self.file_bytes = page.file_bytes(scene)
         shapes, self._names = {}, dict[str, list[str]]()  # names of what is given, by kind
         for name, ((kind, *along), _, _) in self._gives.items():
             self._names.setdefault(kind, []).append(name)
