@@ -282,8 +282,8 @@ def simulate(
 
     The ``state`` is a start or the end of a shorter run, which is ``former`` then; for ``progress``
     and ``stopping`` see `dpd.engine.loop.run`. ``begun`` is when the work began, as
-    `time.perf_counter` has it. Raises `UserError` if checkpoint and result cannot be written there,
-    or if the run blows up or is stopped; the last checkpoint stays.
+    `time.perf_counter` has it. Raises `UserError` if the run blows up or is stopped; the last
+    checkpoint stays.
     """
     begun = time.perf_counter() if begun is None else begun
     systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
@@ -296,7 +296,6 @@ def simulate(
         key = {"scene": scene.digest, "sources": run_sources(scene), "kept": keeps}
         note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
         keeper = Checkpoint(checkpoint_path(path), key, note)
-    files.check_place(keeper.path if keeper else path)
     running, lost = time.perf_counter() - COMPILING.duration, -1
     try:
         done = run_steps(
