@@ -114,16 +114,13 @@ class Integrator(Term, key="integrator"):
     """How beads move."""
 
     caption = None
-    scheme: Literal[
-        "auto", "euler", "euler-acceleration", "gw-vv", "verlet-no-acceleration", "dpd-vv",
-        "shardlow", "lowe-andersen", "aboba",
-    ] = setting(
+    scheme: Literal["auto", *SCHEMES] = setting(  # type: ignore[valid-type]
         "Name of the scheme, or auto, for a run of your own: scheme and dt are tried on the scene "
         "itself, beginning with those of src/dpd/physics/common/automatic.yaml, until kT and "
         "pressure are within the tolerance. (Groot and Warren 1997, Sec. III; dpd-vv takes "
         "friction once more at the end of the step, Nikunen et al. 2007; shardlow, lowe-andersen "
         "and aboba let pairs exchange momentum one after the other)."
-    )  # fmt: skip
+    )
     lambda_: float = Field(
         0.5, alias="lambda", description="Prediction of the velocity in the Verlet schemes.",
         ge=0, le=1,
