@@ -172,7 +172,8 @@ def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     text = (
         f"{shown.to_string(index=False, formatters=formats, float_format='%.1f')}\n"
         f"{table.runs.sum()} runs: {total:.1f} core-hours, {max(total / cores, longest):.1f} hours "
-        f"on {cores} cores at best; {table.disk.sum():.0f} MB of results at most, without trajectories"
+        f"on {cores} cores at best; {table.disk.sum():.0f} MB of results at most, "
+        "without trajectories"
     )
     if table.measured.all():
         return text
