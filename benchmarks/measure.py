@@ -7,6 +7,7 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numba
 import numpy as np
 import pandas as pd
 
@@ -19,7 +20,6 @@ from dpd.analysis.collect import save
 from dpd.errors import UserError, suggestion
 from dpd.files import replace_whole
 from dpd.pipeline.paths import commit, processor
-from dpd.runs.result import versions
 from dpd.sources import stage_digest
 
 # The names that dpd.pipeline.paper allows.
@@ -52,7 +52,9 @@ def measure(name, path, say=print, **sizes):
         "cores": len(os.sched_getaffinity(0)),
         "sources": stage_digest("measure"),
         "seconds": time.perf_counter() - begun,
-    } | versions()
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+    }
     data.attrs["description"] += f" On {processor()}, {data.attrs['cores']} core(s)."
     save(data, path)
 
