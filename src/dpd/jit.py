@@ -20,6 +20,7 @@ import os
 import stat
 import sys
 import warnings
+from contextlib import suppress
 from functools import cache, partial, wraps
 from importlib import import_module
 from pathlib import Path
@@ -181,22 +182,18 @@ def kernel(allocates: bool = False) -> Callable[[Callable[..., Any]], Dispatcher
         if not COMPILES:
             return function
         compiled = njit(**KERNEL | (ALLOCATES if allocates else {}))(function)
-        try:
+        with suppress(RuntimeError):  # nowhere to write
             compiled.enable_caching()
-        except RuntimeError:  # nowhere to write
-            return compiled
-        files = compiled._cache
-        if not _is_trusted(Path(CACHE)):
-            compiled._cache = NullCache()
-        elif not str(files.cache_path).startswith(CACHE):
+        files, compiled._cache = compiled._cache, NullCache()
+        if not str(files.cache_path).startswith(CACHE):
             # Numba would write beside the source, where it does not notice that a function which
             # the kernel calls was changed.
             _warn("it cannot be written")
-            compiled._cache = NullCache()
-        else:
+        elif _is_trusted(Path(CACHE)):
             files._cache_file = _FileOfEach(files._cache_file)
             files.save_overload = _or_without(files.save_overload)
             files.load_overload = _or_without(files.load_overload)
+            compiled._cache = files
         return compiled
 
     return decorate

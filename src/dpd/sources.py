@@ -60,11 +60,11 @@ class Source(NamedTuple):
     imports: frozenset[Path]
 
 
-def kept(find: Callable[..., str]) -> Callable[..., str]:
-    """Decorator: what another process has found for the same sources, or else find and keep it.
+def cached_on_disk(find: Callable[..., str]) -> Callable[..., str]:
+    """Decorator: for the same sources, what another process has found before is found again.
 
     To parse all sources takes some tenths of a second, which each of a study's hundreds of jobs
-    would spend; to read them, and what is kept, takes three thousandths.
+    would spend; to read them, and what is cached, takes three thousandths.
     """
 
     @cache
@@ -76,7 +76,7 @@ def kept(find: Callable[..., str]) -> Callable[..., str]:
             if len(there := path.read_text()) == len(question):
                 return there
         answer = find(*arguments)
-        with suppress(OSError):  # where nothing can be kept, it is found each time
+        with suppress(OSError):  # where nothing can be written, it is found each time
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(answer)
         return answer
@@ -96,13 +96,13 @@ def _state():
     return total.hexdigest()[:12]
 
 
-@kept
+@cached_on_disk
 def sources_digest(*modules: str | Path) -> str:
     """Digest of some modules, by name or file, and of all that they import: twelve hex digits."""
     return _digest(modules)
 
 
-@kept
+@cached_on_disk
 def kernel_digest() -> str:
     """Digest of all that decides what Numba compiles: modules with kernels, and their imports."""
     jit, formulas = file_of(COMPILER), PACKAGE / "physics"  # which kernels get in records
@@ -186,10 +186,10 @@ def source_of(path: Path) -> Source:
 def _parsed(path, text):
     packages = frozenset(_files(path)) if _home(path) else frozenset()
     try:
-        tree = Counting().visit(ast.parse(text))
-    except (SyntaxError, ValueError):  # whoever imports it says what is wrong
+        tree = CodeAlone().visit(ast.parse(text))
+        digest = hashlib.sha256(ast.dump(tree).encode())
+    except (SyntaxError, ValueError, RecursionError):  # whoever imports it says what is wrong
         return Source(hashlib.sha256(text).hexdigest(), packages)
-    digest = hashlib.sha256(ast.dump(tree).encode())
     nodes = list(ast.walk(tree))
     texts = {node.value for node in nodes if isinstance(node, ast.Constant)}
     named = (text for text in texts if isinstance(text, str) and TEXT.fullmatch(text))
@@ -200,7 +200,7 @@ def _parsed(path, text):
     return Source(digest.hexdigest(), packages.union(*imports))
 
 
-class Counting(ast.NodeTransformer):
+class CodeAlone(ast.NodeTransformer):
     """Leaves of a syntax tree what may change a number: no docstrings, nothing of type hints."""
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
@@ -316,7 +316,7 @@ def _digest_of(stage, pages):
     return text_digest(" ".join([found, *own])) if own else found
 
 
-@kept
+@cached_on_disk
 def _of_ours(stage, *pages):
     return _digest((*STAGES[stage], *pages), unused(pages) | NOT_IN_RUNS)
 

@@ -118,9 +118,13 @@ class Simulation(Snapshot):
 
     def measure(self) -> Sums:
         """The same where the beads are, leaving the state alone."""
+        return self._measured(self.state.step).of(-1)
+
+    def _measured(self, step):
+        """Sums where the beads are, leaving the state alone."""
         before = self.state
         try:
-            return self.call(0, [before.step], measure=True).of(-1)
+            return self.call(0, [step], measure=True)
         finally:
             self.state = before
 
@@ -150,9 +154,7 @@ class Simulation(Snapshot):
         end, parts = self.state.step + steps, []
         for step in at:
             self.call(step - self.state.step)
-            before = self.state
-            parts.append(self.call(0, [step], measure))
-            self.state = before
+            parts.append(self._measured(step))
         if self.state.step < end:
             self.call(end - self.state.step)
         return Sums.joined(parts)
@@ -162,8 +164,12 @@ class Simulation(Snapshot):
 
         For 0 steps the beads are sorted, and their forces evaluated where they are.
         """
-        self._put_images()
-        at = np.array(list(samples), np.int64)
+        box, at = self.box, np.array(list(samples), np.int64)
+        if self._plan.edges != edges_of(box):
+            self._plan = self._plan._replace(**_of_box(box, self._plan.skin))
+            self._make_buffers()
+        if (slide := slide_of(box)) is not None:
+            self._plan.slide.tilt[:] = slide.tilt
         while (sums := self._attempt(steps, at, measure)) is None:
             self._make_buffers()
         return sums
@@ -231,15 +237,6 @@ class Simulation(Snapshot):
             species=None if state.species is None else state.species.copy(),
             peculiar=None if state.peculiar is None else state.peculiar.copy(),
         )
-
-    def _put_images(self):
-        """Put the box and its images into the plan as they are now."""
-        box = self.box
-        if self._plan.edges != edges_of(box):
-            self._plan = self._plan._replace(**_of_box(box, self._plan.skin))
-            self._make_buffers()
-        if slide_of(box) is not None:
-            self._plan.slide.tilt[0] = box.tilt
 
     def _make_buffers(self):
         """Buffers for the plan, with the room that has been needed so far."""
