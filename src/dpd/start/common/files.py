@@ -67,7 +67,7 @@ def write_start(
 
 
 def read_start(scene: Scene, path: str | Path) -> State:
-    """Read a first configuration; refused if of another scene or other sources."""
+    """Read a first configuration; refused if of another scene or other sources, or damaged."""
     attributes = files.attributes(path)
     if (found := attributes.get("start_digest")) != start_digest(scene):
         raise UserError(
@@ -75,7 +75,11 @@ def read_start(scene: Scene, path: str | Path) -> State:
             f"{start_digest(scene)}); {REMEDY}"
         )
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
-    return put_back(files.read_group(path, STATE), ())
+    state = put_back(files.read_group(path, STATE), ())
+    for name, array in (("positions", state.position), ("velocities", state.velocity)):
+        if array is None or not np.isfinite(array).all():
+            raise UserError(f"{path}: has no {name}, or some that are no numbers; {REMEDY}")
+    return state
 
 
 def begin(
