@@ -25,9 +25,9 @@ from dpd.digest import ROOT, value_digest
 from dpd.errors import UserError
 from dpd.pipeline import jobs
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of, say_at_exit
-from dpd.pipeline.paper import read_paper
-from dpd.pipeline.paper import read_config
-from dpd.sources import calculations_file, kernels_name, run_sources, stage_digest
+from dpd.pipeline.paper import read_config, read_paper
+from dpd.sources import calculations_file, kernels_name, run_sources, stage_digest, start_sources
+from dpd.start import start_digest, start_is_shared
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}

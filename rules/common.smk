@@ -53,9 +53,9 @@ def remove_old_stamps():
                 stamp.unlink()
 
 
-def kernels_of_runs(wildcards):
+def kernels_of(points, wildcards):
     """Compiled kernels of runs. They wait for them, but are not made again where they are newer."""
-    kernels = set(map(kernels_name, scenes_of(wildcards)))
+    kernels = {kernels_name(point.scene) for point in points}
     return [ancient(OUT.compiled(wildcards.paper, name)) for name in sorted(kernels)]
 
 
@@ -63,6 +63,21 @@ def runs_of_sweep(wildcards):
     """Stamps of all runs of a sweep."""
     paper, sweep = wildcards.paper, wildcards.sweep
     return [OUT.batch(paper, sweep, str(number)) for number in range(len(BATCHES[paper, sweep]))]
+
+
+def start_of_runs(wildcards):
+    """First configuration that runs share; no file where they make their own."""
+    scene = batch_of(wildcards)[0].scene
+    return OUT.start(wildcards.paper, start_digest(scene)) if start_is_shared(scene) else []
+
+
+def first_with_start(wildcards):
+    """Sweep and point that a start is made for: the first that needs it."""
+    for sweep in PAPERS[wildcards.paper].sweeps.values():
+        for point in sweep.points:
+            if start_is_shared(point.scene) and start_digest(point.scene) == wildcards.start:
+                return sweep.name, point
+    raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
 
 
 def longest_first(wildcards):

@@ -16,6 +16,33 @@ rule compile_kernels:
         " -o {output:q} 2>&1 | tee -i {log:q}"
 
 
+# A melt whose chains grow, in a job of its own: points that differ in nothing that matters there
+# share one. Beads that are only placed each run places itself.
+rule make_start:
+    input:
+        lambda wildcards: kernels_of([first_with_start(wildcards)[1]], wildcards),
+    output:
+        OUT.start("{paper}", "{start}"),
+    log:
+        OUT.log("{paper}", "starts", "{start}"),
+    params:
+        study=STUDY,
+        sources=lambda wildcards: start_sources(first_with_start(wildcards)[1].scene),
+        sweep=lambda wildcards: first_with_start(wildcards)[0],
+        point=lambda wildcards: first_with_start(wildcards)[1].name,
+    priority: 10**8  # before the runs that wait for it
+    resources:
+        runtime=lambda wildcards, attempt: jobs.minutes(
+            [first_with_start(wildcards)[1].scene], attempt, LONGEST
+        ),
+        mem_mb=lambda wildcards, attempt: jobs.megabytes(
+            [first_with_start(wildcards)[1].scene], attempt
+        ),
+    shell:
+        "python -m dpd start {params.study:q} {wildcards.paper:q} {params.sweep:q}"
+        " {params.point:q} -o {output:q} 2>&1 | tee -i {log:q}"
+
+
 # Short runs of a sweep share a job, one after the other: Python starts, and kernels are read, once.
 # Its output is a stamp: the results lie beside it, one a point, and Snakemake must not delete them
 # before it makes some anew. A run that finds itself made already, of the same scene and sources, stays
@@ -25,7 +52,8 @@ rule compile_kernels:
 
 rule simulate:
     input:
-        kernels_of_runs,
+        lambda wildcards: kernels_of(batch_of(wildcards), wildcards),
+        start=start_of_runs,
         data=derived_from,
     output:
         touch(OUT.batch("{paper}", "{sweep}", "{batch}")),
@@ -38,6 +66,7 @@ rule simulate:
         points=lambda wildcards: [point.name for point in batch_of(wildcards)],
         runs=results_of_runs,
         derived=lambda wildcards: stage_digest("derive") if sweep_of(wildcards).derived else "",
+        start=option("start"),
         data=option("data"),
     priority: longest_first
     threads: 1
@@ -46,5 +75,5 @@ rule simulate:
         mem_mb=lambda wildcards, attempt: jobs.megabytes(scenes_of(wildcards), attempt),
     shell:
         "python -m dpd simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
-        " {params.points:q} {params.data:q} --threads {threads}"
+        " {params.points:q} {params.start:q} {params.data:q} --threads {threads}"
         " -o {params.runs:q} 2>&1 | tee -i {log:q}"

@@ -72,6 +72,7 @@ BESIDE = {
 STAGES = {
     "run": ("run", "scene.yaml"),
     "simulate": ("simulate", *POINT),
+    "start": ("start", *POINT),
     "collect": ("collect", *POINT[:3], "--runs", "runs"),
 }
 BAD_OUTPUTS = [

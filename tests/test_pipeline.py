@@ -19,6 +19,7 @@ from dpd.digest import PACKAGE, ROOT
 from dpd.pipeline.jobs import batches
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.report.text import typeset
+from dpd.start import start_digest, start_is_shared
 from tests.conftest import command, python
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited
@@ -104,11 +105,21 @@ def jobs_of(papers, concerned=lambda scene: True):
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["smoke", "quick", "paper"])
 def test_dry_run_of_every_study(tmp_path, name):
-    """Every study can be planned: a job per batch of runs, sweep and figure."""
+    """Every study can be planned: a job per batch of runs, sweep, figure, and melt that grows."""
     folder = copy_repository(tmp_path / "copy")
     jobs = planned(folder, "--config", f"study={name}")
     papers = [read_paper(paper, name) for paper in PAPERS]
+    grown = [
+        {
+            start_digest(p.scene)
+            for sweep in paper.sweeps.values()
+            for p in sweep.points
+            if start_is_shared(p.scene)
+        }
+        for paper in papers
+    ]
     assert jobs["simulate"] == jobs_of(papers)
+    assert jobs["make_start"] == sum(map(len, grown)) > 0
     assert jobs["collect"] == sum(len(paper.sweeps) for paper in papers)
     assert jobs["draw_figure"] == sum(len(paper.figures) for paper in papers)
     assert not (folder / "results").exists()

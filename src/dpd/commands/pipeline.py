@@ -68,6 +68,22 @@ def _write(path, text):
     replace_whole(path, lambda draft: draft.write_text(text))
 
 
+@command("study", "paper", "sweep", "point", output="start.nc")
+def start(options: Namespace) -> None:
+    """Make a first configuration, such as a melt whose chains grow."""
+    from dpd.pipeline.paper import read_paper
+    from dpd.runs import Progress
+    from dpd.start import start_work
+    from dpd.start.common.files import write_start
+
+    paper = read_paper(options.paper, options.study, [options.sweep], [options.point])
+    if options.sweep not in paper.sweeps:
+        raise UserError(f"sweep {options.sweep}: is calculated, and starts from no configuration")
+    scene = paper.sweeps[options.sweep].point(options.point).scene
+    with Progress(start_work(scene), f"{options.sweep} start") as progress:
+        write_start(scene, options.output, progress)
+
+
 def _sweep(options: Namespace, calculated: bool = False) -> Sweep:
     """The sweep that a command is about, with what other sweeps have measured for it."""
     from dpd.pipeline.paper import read_paper
@@ -90,6 +106,8 @@ def _sweep(options: Namespace, calculated: bool = False) -> Sweep:
 @command(
     "study", "paper", "sweep", option("points", nargs="+"),
     option("-o", "--output", required=True, type=Path, nargs="+", help="run.nc of each point"),
+    option("--start", type=Path, metavar="FILE",
+           help="their first configuration; without it, it is made"),
     DATA, CHECKPOINTS, THREADS,
 )  # fmt: skip
 def simulate(options: Namespace) -> None:
@@ -104,7 +122,7 @@ def simulate(options: Namespace) -> None:
     for point, output in zip(points, options.output):
         name = f"{options.sweep} {point.name}"
         try:
-            found = run(point.scene, output, options=options_of(options, label=name))
+            found = run(point.scene, output, options.start, options_of(options, label=name))
             said = ", ".join(f"{quantity} {value:.6g}" for quantity, value in found.items())
             print(f"{name}: {said}", flush=True)
         except Stopped:

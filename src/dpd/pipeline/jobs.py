@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from dpd import files
 from dpd.errors import UserError
 from dpd.pipeline.paths import results_of
-from dpd.start import BYTES_PER_BEAD
+from dpd.start import BYTES_PER_BEAD, start_digest, start_is_shared
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -51,15 +51,16 @@ def megabytes(scenes: Sequence[Scene], attempt: int) -> int:
 def batches(sweep: Sweep, seconds: float) -> list[list[Point]]:
     """Points of a sweep, in their order, whose runs share a job.
 
-    As many as are expected to take some ``seconds`` together.
+    As many as are expected to take some ``seconds`` together, and share their start, if any.
     """
     found: list[list[Point]] = []
-    taken = math.inf
+    taken, last = math.inf, ""
     for point in sweep.points:
         expected = point.scene.work / RATE
-        if taken + expected > seconds:
+        start = start_digest(point.scene) if start_is_shared(point.scene) else ""
+        if taken + expected > seconds or start != last:
             found.append([])
-            taken = 0.0
+            taken, last = 0.0, start
         found[-1].append(point)
         taken += expected
     return found

@@ -64,6 +64,10 @@ class Results:
         """A list of kernels that were compiled for a paper, by the digest of their sources."""
         return f"{self.folder}/{paper}/compiled/{kernels}.txt"
 
+    def start(self, paper: str, digest: str) -> str:
+        """A first configuration that runs share, by its digest."""
+        return f"{self.folder}/{paper}/starts/{digest}.nc"
+
     def runs(self, paper: str, sweep: str) -> str:
         return f"{self.folder}/{paper}/runs/{sweep}"
 

@@ -196,9 +196,11 @@ def _resumed(output, sidecars):
 def _first(scene, start, options, progress):
     """The scene with its first configuration; one from a file of another scene is part of it."""
     if start is not None:
-        from dpd.start.common.files import begin
+        from dpd.start.common.files import begin, read_start
 
-        return begin(scene, start, progress, options.tell)
+        if options.own:
+            return begin(scene, start, progress, options.tell)
+        return scene, read_start(scene, start)
     if options.own:
         return scene, make_start(scene, progress, options.tell)
     if (digest := start_digest(scene)) not in LAST_START:

@@ -53,3 +53,11 @@ def start_digest(scene: Scene) -> str:
 def start_work(scene: Scene) -> int:
     """Beads to bond and steps to relax, which progress counts; 0 if beads are only placed."""
     return (scene.beads if scene.start.work else 0) + scene.relaxing
+
+
+def start_is_shared(scene: Scene) -> bool:
+    """Whether a job of its own makes the first configuration, for all runs that begin with it.
+
+    So it is where chains grow, which takes long; beads that are only placed each run places itself.
+    """
+    return bool(scene.start.work)
