@@ -2,6 +2,7 @@
 # make resume the same after Snakemake was killed
 # make test   set up, and pass the tests: each promise, with a few of its cases; what steps beside
 #             the plain reference is passed without the compiler
+# make look   four pictures of the quick study's report, wide and narrow, light and dark
 # make thorough  pass the others: all cases, long statistics, the whole smoke study
 PYTHON ?= python3
 TESTS = .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
@@ -20,6 +21,9 @@ test: .venv/ready
 thorough: .venv/ready
 	$(TESTS) -m thorough
 
+look: .venv/ready
+	.venv/bin/python tests/look.py results/quick/report.html
+
 .venv/ready: requirements.txt pyproject.toml
 	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'Python 3.11 or newer is needed: make PYTHON=python3.11')"
 	$(PYTHON) -m venv .venv
@@ -28,4 +32,4 @@ thorough: .venv/ready
 	.venv/bin/python -m compileall -q src paper_figures
 	touch $@
 
-.PHONY: quick resume test thorough
+.PHONY: quick resume test look thorough

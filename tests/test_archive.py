@@ -233,8 +233,7 @@ def page_of(results, archived, *sampling):
         PAPER, read.title, read.reference, {}, (), {"fig02_shapes": read.figures["fig02_shapes"]}
     )
     write_page("fast", "Short.", [bare], results, results / "report.html", archived)
-    text = (results / "report.html").read_text(encoding="utf-8")
-    return re.sub(r"Made \d.*? UTC|dpd-papers, \d.*? UTC", "", text)
+    return (results / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_report_with_an_archive(kept, results, tmp_path):
@@ -248,16 +247,13 @@ def test_a_report_with_an_archive(kept, results, tmp_path):
     long_runs.to_csv(path, index=False)
     text = page_of(results, path)
     rows = {
-        name: text.split(f'<tr id="{PAPER}-fig02_shapes-{number}">')[1].split("</tr>")[0]
+        name: text.split(f'<tr id="{PAPER}-fig02_shapes-{number}"')[1].split("</tr>")[0]
         for number, name in enumerate(ROWS, 1)
     }
-    cell = '<td data-label="Long runs">'
-    assert f'{cell}0.300 ± 0.010: <span class="deviates">deviates</span></td>' in rows["alpha"]
-    assert '<td data-label="Verdict" class="replicated">replicated</td>' in rows["alpha"]
+    cell = '<td class="c-long">'
+    assert f"{cell}0.300 ± 0.010, deviates</td>" in rows["alpha"]
+    assert '<span class="chip r">' in rows["alpha"] and "Values of longer runs" in text
     assert all(f"{cell}</td>" in rows[name] for name in rows if name != "alpha")
-    assert f"kept in results/archive/{LONG_STUDY}" in text
-    heads = re.findall(r'<th scope="col"[^>]*>Long runs</th>', text)
-    assert len(heads) == text.count('<table class="judged">')
 
 
 SAID = {"sweeps": [SWEEP], "where": "Sec. II"}

@@ -191,12 +191,12 @@ def test_the_report_is_one_page(study):
     """Every figure inside, what made it, every published number; nothing fetched."""
     page = (study / "results" / "smoke" / "report.html").read_text()
     figures = sum(len(read_paper(paper, "smoke").figures) for paper in PAPERS)
-    assert page.count("data:image/png;base64,") == figures
+    assert page.count("data:image/webp;base64,") == 2 * figures and len(page) < 4e6
     assert not re.search(r"""(src|href)=["']?(https?:)?//""", page)
-    for word in ("noise seed of each run", "replica", "momentum per bead", "numba"):
+    for word in ("noise seed of each run", "replica", "numba"):
         assert word in page
     for entry in (entry for paper in PAPERS for entry in published(paper).values()):
-        assert typeset(entry["quantity"]) in page
+        assert typeset(entry["quantity"].removeprefix("the same")) in page
 
 
 @contextmanager

@@ -14,11 +14,14 @@ from matplotlib import pyplot as plt
 from dpd.analysis.statistics import widening
 from dpd.analysis.verdicts import COLUMNS, Measured, judge
 from dpd.commands.main import main
-from dpd.pipeline.paper import Figure, Paper
+from dpd.digest import PACKAGE
+from dpd.pipeline.paper import Figure, Paper, read_config, read_paper
 from dpd.pipeline.paths import commit, errors_in
 from dpd.report import style
-from dpd.report.archive import compared, table_of
+from dpd.report.archive import ARCHIVE, compared, table_of
 from dpd.report.page import write_page
+from dpd.report.rows import LEADS, by_name, read_rows, sentences
+from dpd.report.text import label
 from tests.test_pipeline import SMOKE, copy_repository, snakemake
 
 VERDICTS = {  # figure of the first paper, kind, verdict, value
@@ -48,7 +51,8 @@ def put_figure(folder, paper, figure, rows, seen="A line."):
     """The files of a figure."""
     folder.mkdir(parents=True, exist_ok=True)
     drawn, _ = style.panels()
-    drawn.savefig(folder / f"{figure}.png", dpi=30)
+    about = {"Title": f"{paper}, {label(figure)}: A title.", "Description": seen}
+    drawn.savefig(folder / f"{figure}.png", dpi=30, metadata=about)
     plt.close(drawn)
     attributes = {"seconds": 1.0, "seen": seen}
     xr.Dataset(attrs=attributes).to_netcdf(folder / f"{figure}.nc", engine="netcdf4")
@@ -77,43 +81,85 @@ def test_rows_and_figures_link_to_each_other(text):
     """Each row to its figure, and that back to all of its rows; two have one name here."""
     ids = re.findall(r'\sid="([^"]+)"', text)
     assert len(set(ids)) == len(ids) and set(re.findall(r'href="#([^"]+)"', text)) <= set(ids)
-    figures = {
-        part.split('"')[0]: part.split("</figure>")[0] for part in text.split('<figure id="')
-    }
+    assert set(re.findall(r'data-to="([^"]+)"', text)) <= set(ids)
+    parts = text.split('<article class="figure" id="')[1:]
+    figures = {part.split('"')[0]: part.split("</article>")[0] for part in parts}
     rows = [part.split("</tr>")[0] for part in text.split('<tr id="')[1:]]
-    assert len(rows) == len(VERDICTS) + 1
+    assert len(rows) == len(VERDICTS) + 1 and len(figures) == 3
     for row in rows:
         (figure,) = re.findall(r'<a href="#([^"]+)"', row)
         assert f'href="#{row.split(chr(34))[0]}"' in figures[figure]
-    seen = re.findall(r'<img [^>]*width="[1-9]\d*" height="[1-9]\d*" alt="([^"]+)"', text)
-    assert list(map(unescape, seen)) == ['A "line" <rises>.'] * 2 + ["A line."]
+    pictures = re.findall(r'<button[^>]*><img [^>]*width="[1-9]\d*" [^>]*alt="([^"]+)"', text)
+    assert list(map(unescape, pictures)) == ['A "line" <rises>.'] * 2 + ["A line."]
+    linked = re.findall(r'<a class="thumb" href="#([^"]+)"', text)
+    assert linked == list(figures) and text.index('class="thumb"') < text.index("<article")
 
 
 def test_only_simulated_numbers_are_counted(text):
-    """Formulas and checks of our own are counted apart."""
-    assert (
-        "Of 4 published numbers and claims that were held against simulation: "
-        "2 replicated, 1 deviates, 1 not reached at this scale." in text
-    )
-    for place, name, verdicts in (
-        ("closed-forms", "closed forms", "1 replicated, 0 deviate, 0 not reached"),
-        ("checks-of-our-own", "checks of our own", "0 replicated, 1 deviates, 0 not reached"),
-    ):
-        assert f'Counted apart: 1 <a href="#{place}">{name}</a> ({verdicts}' in text
+    """One mark each; formulas and checks of our own are counted apart."""
+    assert "Of 4 published numbers" in text
+    for mark, number in (("r", 2), ("d", 1), ("n", 1)):
+        assert re.search(rf'#m-{mark}"/></svg><b>{number}</b>', text)
+        assert len(re.findall(f'm-{mark} s11 go"', text)) == number
+    assert "1 numbers that a formula gives (1 hold) and 1 checks of our own (0 hold)" in text
 
 
 def test_a_row_in_full(text):
-    """Every column; quantities in notation; nothing where there is nothing to say."""
+    """Every column; quantities in notation; deviations first, whatever order figures have."""
+    rows = re.findall(r'<tr id="([^"]+)" data-mark="(.)"', text)
+    assert "".join(mark for _, mark in rows) == "ddnrrr"
+    assert rows[0][0] == "one_1997-fig02_shapes-2"
     row = text[text.index('<tr id="one_1997-fig02_shapes-2"') :]
     row = row[: row.index("</tr>")]
     for column, value in (
-        ("Where", "Sec.\xa0I"), ("Published", "&lt; 2"), ("Standard error", ""),
-        ("Rounding", "0.05"), ("Limits", "ours"), ("This work", "2.500 ± 0.010"), ("Deviation", ""),
-        ("Resolution", "0.02"), ("Verdict", "deviates"), ("Note", "by eye"),
+        ("paper", '<a href="#one_1997-fig02_shapes">One 1997, Fig. 2</a>'), ("where", "Sec.\xa0I"),
+        ("pub", "&lt; 2 <small>rounding 0.05</small>"), ("limits", "ours"), ("z", ""),
+        ("ours", "2.500 ± 0.010"), ("res", "0.02"), ("long", ""), ("note", "by eye"),
     ):  # fmt: skip
-        assert re.search(rf'<td data-label="{column}"[^>]*>{value}</td>', row), column
+        assert re.search(rf'<td class="c-{column}"[^>]*>{re.escape(value)}</td>', row), column
     assert '<th scope="row">β &lt; 2</th>' in row
     assert not re.search(r">\s*(nan|None)\s*<", text)
+
+
+def test_the_page_is_small_and_fetches_nothing(text):
+    """Templates, styles and scripts of few lines; all that a browser loads is inside."""
+    room = PACKAGE / "report"
+    lines = {path.name: path.read_text().count("\n") for path in room.iterdir() if path.is_file()}
+    assert sum(lines[name] for name in lines if name.endswith(".html")) <= 400
+    script = text.split("<script>")[1].split("</script>")[0]
+    assert lines["page.css"] <= 300 and script.count("\n") <= 62
+    assert not re.search(r"""(src=|url\(|import )["']?(?!data:|#)\w*:?//""", text)
+    assert len(text) < 200_000
+
+
+def test_a_page_of_a_study_that_runs(tmp_path):
+    """It says how far the study is; what is not made has an empty frame."""
+    paper = read_paper("example", "smoke", only=[])
+    write_page("smoke", "Short.", [paper], tmp_path, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    points = len(read_paper("example", "smoke").sweeps["pressure"].points)
+    assert f"0 of 1 figures are made, 0 of {points} runs done" in page
+    assert '<p class="blank">Not made yet.</p>' in page
+
+
+@pytest.mark.parametrize("paper", read_config()["papers"])
+def test_what_findings_say_is_what_was_found(paper):
+    """Of the long study where that has all that a sentence states, else of the quick one."""
+    rows = {study: by_name(paper, read_rows(f"{ARCHIVE}/{study}/verdicts.csv"))
+            for study in ("paper", "quick")}  # fmt: skip
+    said = {each.key: each for each in sentences(paper)}
+    figures = list(read_paper(paper, "quick", only=[]).figures)
+    assert list(said) == [key for key in LEADS if key in said] + figures
+    for key, sentence in said.items():
+        long_one = rows["paper"].keys() >= sentence.verdicts.keys() and rows["paper"]
+        study = "paper" if long_one or sentence.studies else "quick"
+        assert sentence.verdicts.keys() <= rows[study].keys(), key
+        for name, verdict in sentence.verdicts.items():
+            assert rows[study][name]["verdict"] == verdict, f"{key}: {name}"
+        assert sentence.holds(study, rows[study]), key
+        others = {name: {"verdict": "replicated"} for name in sentence.verdicts}
+        if "deviates" in sentence.verdicts.values():
+            assert not sentence.holds(study, rows[study] | others)
 
 
 def test_a_page_without_git(monkeypatch, tmp_path):

@@ -17,9 +17,10 @@ from dpd.analysis.statistics import (
     over_replicas,
 )
 from dpd.analysis.structure import blocks_of
+from dpd.report.text import with_error
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable, Sequence
+    from collections.abc import Hashable, Iterable, Mapping, Sequence
 
 # Second order in dt for what depends on positions, and so what the limit dt -> 0 is taken from.
 SECOND_ORDER = ("shardlow", "aboba")
@@ -276,3 +277,8 @@ def front(seconds: np.ndarray, error: np.ndarray) -> list[int]:
             best = error[place]
             places.append(int(place))
     return places
+
+
+def in_percent(errors: Mapping[str, tuple[float, float]]) -> dict[str, str]:
+    """Relative errors, each with its standard error, in per cent."""
+    return {name: with_error(100 * value, 100 * error) for name, (value, error) in errors.items()}

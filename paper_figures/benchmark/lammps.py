@@ -6,8 +6,8 @@ import xarray as xr
 
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, RED, panels
-from dpd.report.text import with_error, with_range
-from paper_figures.benchmark.shared import middle_and_range
+from dpd.report.text import with_error
+from paper_figures.benchmark.shared import middle_and_range, with_range
 
 TITLE = "Speed of this engine and of LAMMPS (a), and g(r) of both (b)."
 PAPER_SHOWS = (

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from dpd.analysis.collect import load
 from dpd.errors import UserError
-from dpd.report.text import in_percent
-from paper_figures.benchmark.accuracy import choices
+from paper_figures.benchmark.accuracy import choices, in_percent
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -6,8 +6,16 @@ from matplotlib.ticker import NullFormatter
 
 from dpd.analysis.statistics import COVERAGE
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY, Look, panels
-from dpd.report.text import in_percent, with_error, with_range
-from paper_figures.benchmark.accuracy import JUDGED, LABELS, bound, choices, deviations, front
+from dpd.report.text import with_error
+from paper_figures.benchmark.accuracy import (
+    JUDGED,
+    LABELS,
+    bound,
+    choices,
+    deviations,
+    front,
+    in_percent,
+)  # fmt: skip
 
 LOOKS = {
     "euler": Look("Euler", RED, "D"),
@@ -120,6 +128,11 @@ def table(data):
             rows.append((*start, scheme, f"{choice.dt:g}", cost, errors["pressure"], errors["kT"]))
     head = ["within", "gamma", "scheme", "dt / tau", "ms per tau", "pressure / %", "kT / %"]
     return pd.DataFrame(rows, columns=head)
+
+
+def with_range(middle, low, high):
+    """A number with the range that it was met in."""
+    return f"{middle:.3g} ({low:.3g} to {high:.3g})" if np.isfinite(middle) else "–"
 
 
 def ranged(data, name):

@@ -216,11 +216,11 @@ def verdicts(options: Namespace) -> None:
     output="report.html",
 )  # fmt: skip
 def report(options: Namespace) -> None:
-    """Write the report."""
+    """Write the report, from the figures that are made so far."""
     from dpd.pipeline.paper import read_paper, read_study
     from dpd.report.page import write_page
 
-    papers = [read_paper(name, options.study) for name in options.papers]
+    papers = [read_paper(name, options.study, only=[]) for name in options.papers]
     description = read_study(options.study).description
     write_page(
         options.study, description, papers, options.results, options.output, options.archived

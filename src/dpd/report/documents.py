@@ -6,6 +6,7 @@ tiny system is set up, and no step of it is run.
 
 from __future__ import annotations
 
+import math
 import re
 from contextlib import suppress
 from functools import partial
@@ -13,18 +14,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-import yaml
-
-from dpd.analysis.verdicts import (
-    CHECK,
-    CLOSED_FORM,
-    DEVIATES,
-    REPLICATED,
-    SIMULATED,
-    VERDICTS,
-    Entry,
-)
+from dpd.analysis.verdicts import Entry
 from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import replace_whole
@@ -33,19 +23,30 @@ from dpd.own import calculations_of
 from dpd.page import Observable, find, names
 from dpd.pipeline.paper import Config, PaperFile, check_repository, read_paper, read_study
 from dpd.pipeline.paths import LONG_STUDY
-from dpd.report.archive import FIGURES, manifest_of, pictures, read_archive, studies
+from dpd.report import archive
+from dpd.report.archive import FIGURES, manifest_of, pictures, studies
 from dpd.report.figures import load_module
 from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, section_rows, text_of
-from dpd.report.text import label, published_text, rendered, typeset, with_error
+from dpd.report.rows import (
+    KINDS,
+    MARKS,
+    Row,
+    by_name,
+    citations,
+    count,
+    read_rows,
+    verdict_rows,
+    with_values,
+)  # fmt: skip
+from dpd.report.text import label, rendered
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
 from dpd.sources import calculations_file
 from dpd.start.common.make import system_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Sequence
 
-    import pandas as pd
 
 BLOCK = re.compile(r"(<!-- begin: (\S+) counts -->\n).*?(<!-- end -->)", re.S)
 FLUID = {
@@ -80,7 +81,7 @@ def pages() -> dict[Path, str]:
     made[config / "SCENES.md"] = _page(
         "scenes", {"scene": scene_rows()}, text=text, run=run_table()
     )
-    papers = sorted({paper for study in studies() for paper in read_archive(study).paper})
+    papers = sorted({row["paper"] for study in studies() for row in rows_of_archive(study)})
     return made | {FIGURES / name / "README.md": paper_page(name) for name in papers}
 
 
@@ -107,7 +108,7 @@ def filled(text: str) -> str:
     """
 
     def made(block):
-        table = counts(read_archive(block[2]), "[{0}](paper_figures/{0}/README.md)".format)
+        table = counts(rows_of_archive(block[2]), "[{0}](paper_figures/{0}/README.md)".format)
         return f"{block[1]}{table}\n{block[3]}"
 
     return BLOCK.sub(made, text)
@@ -121,99 +122,83 @@ def paper_page(name: str) -> str:
 
     Raises `UserError` if the paper has no findings, or CITATION.cff does not know its title.
     """
-    tables = {study: read_archive(study) for study in studies()}
-    tables = {study: table[table.paper == name] for study, table in tables.items()}
-    tables = {study: table for study, table in tables.items() if len(table)}
+    every = {study: rows_of_archive(study) for study in studies()}
+    own = {study: [row for row in rows if row["paper"] == name] for study, rows in every.items()}
+    tables = {study: rows for study, rows in own.items() if rows}
     paper = read_paper(name, next(iter(tables)), only=[])
-    modules = {figure: load_module(name, figure) for figure in paper.figures}
     findings = FIGURES / name / "findings.md"
     if not findings.is_file():
         raise UserError(f"{findings}: missing; write what runs show, and why what deviates does")
+    if paper.title not in citations():
+        raise UserError(f"CITATION.cff: references: none has the title {paper.title!r} of a paper")
+    link, doi = (citations()[paper.title][key] for key in ("link", "doi"))
     known = calculations_of(name) if calculations_file(name).is_file() else {}
     rows = [row for key, each in known.items() for row in section_rows(each, key, "")]
     return _page(
         "paper", {"calculations": rows}, name=name, title=paper.title, reference=paper.reference,
-        doi=_doi(paper.title), findings=typeset(findings.read_text()), first=next(iter(known), ""),
-        studies=[_study(name, study, table, modules) for study, table in tables.items()],
+        doi=f", [doi:{doi}]({link})" if doi else "", findings=_found(name, findings, tables),
+        first=next(iter(known), ""),
+        studies=[_study(name, study, table, paper) for study, table in tables.items()],
         pictures=[(picture.stem, load_module(name, picture.stem)) for picture in pictures(name)],
     )  # fmt: skip
 
 
-def _study(name, study, table, modules):
+def _study(name, study, table, paper):
     """What a study finds; no counts of figures that its archive lacks, stopped before its end."""
     lacking = manifest_of(study).get("figures_missing", ())
-    missing = [figure for figure in modules if f"{name}/{figure}" in lacking]
-    titles = {figure: m.TITLE for figure, m in modules.items() if figure not in missing}
+    missing = [figure for figure in paper.figures if f"{name}/{figure}" in lacking]
     return {
         "name": study,
         "description": read_study(study).description,
         "counts": counts(table),
         "deviations": deviations(table),
-        "figures": figure_counts(table, titles),
         "folder": f"results/archive/{study}/{name}" if study == LONG_STUDY else "",
         "missing": ", ".join(label(figure) for figure in missing),
     }
 
 
-def _doi(title):
-    """A link to the paper, to be put behind its reference; nothing if it has none."""
-    entries = yaml.safe_load((ROOT / "CITATION.cff").read_text())["references"]
-    dois = {entry["title"]: entry.get("doi") for entry in entries}
-    if title not in dois:
-        raise UserError(f"CITATION.cff: references: none has the title {title!r} of a paper")
-    return f", [doi:{dois[title]}](https://doi.org/{dois[title]})" if dois[title] else ""
+def _found(name, path, tables):
+    """What findings.md says, with our values of the longest study that has them."""
+    rows = [row["entry"] for table in reversed(tables.values()) for row in table]
+    text = re.sub(r"(?<=\*\*)(\w+), ", lambda key: f"{label(key[1])}, ", path.read_text())
+    return with_values(re.sub(r"\s*<!--.*?-->", "", text, flags=re.S), by_name(name, rows))
 
 
 # Tables of verdicts.
 
 
-def counts(table: pd.DataFrame, link: Callable[[str], str] = str) -> str:
+def rows_of_archive(study: str) -> list[Row]:
+    """The verdicts of a study that git keeps, as the report shows them."""
+    return verdict_rows(read_rows(archive.ARCHIVE / study / archive.VERDICTS))
+
+
+def counts(rows: Sequence[Row], link: Callable[[str], str] = str) -> str:
     """For each paper how many published numbers have which verdict; ``link``: what it is called."""
-    rows = []
-    for paper, own in table.groupby("paper", sort=True):
-        simulated = own[own.kind == SIMULATED]
-        shares = (_share(own[own.kind == kind]) for kind in (CLOSED_FORM, CHECK))
-        rows.append([link(str(paper)), len(simulated), *_numbers(simulated), *shares])
-    held = "held against simulation", *VERDICTS, "closed forms that hold", "own checks that hold"
-    return markdown_table(["paper", *held], rows)
+    lines = []
+    for paper in sorted({row["paper"] for row in rows}):
+        held, *others = (
+            count(row for row in rows if (row["paper"], row["kind"]) == (paper, kind))
+            for kind in KINDS
+        )
+        shares = (f"{each['r']} of {each['all']}" if each["all"] else "none" for each in others)
+        lines.append([link(paper), held["all"], *(held[mark] for mark in "rdn"), *shares])
+    head = "held against simulation", *MARKS, "closed forms that hold", "own checks that hold"
+    return markdown_table(["paper", *head], lines)
 
 
-def _numbers(rows):
-    """How many rows have each verdict."""
-    return [int((rows.verdict == verdict).sum()) for verdict in VERDICTS]
-
-
-def _share(rows):
-    """How many of some rows hold."""
-    return f"{(rows.verdict == REPLICATED).sum()} of {len(rows)}" if len(rows) else "none"
-
-
-def deviations(table: pd.DataFrame) -> str:
+def deviations(rows: Sequence[Row]) -> str:
     """Every row of a verdict table that deviates, with its published value and ours."""
-    rows = [
+    lines = [
         [
-            label(row["figure"]),
-            typeset(row["quantity"]) + ("" if row["kind"] == SIMULATED else f" ({row['kind']})"),
-            typeset(published_text(row)),
-            typeset(with_error(row["value"], row["error"])),
-            f"{row['deviation_sigma']:.1f}" if np.isfinite(row["deviation_sigma"]) else "",
+            label(row["entry"]["figure"]),
+            row["quantity"] + ("" if row["kind"] == "simulated" else f" ({row['kind']})"),
+            f"{row['published']} {row['allowed']}".strip(), row["ours"],
+            row["z_text"] if math.isfinite(row["z"]) else "",
         ]
-        for row in table[table.verdict == DEVIATES].to_dict("records")
-    ]
+        for row in rows if row["mark"] == "d"
+    ]  # fmt: skip
     head = ["figure", "quantity", "published", "this work", "standard errors"]
-    return markdown_table(head, rows) if rows else "Nothing deviates."
-
-
-def figure_counts(table: pd.DataFrame, titles: Mapping[str, str]) -> str:
-    """For each figure of a paper what it shows, and how many of its numbers have which verdict.
-
-    ``titles``: figure to the first sentence of its caption, in order. Own checks count as well.
-    """
-    rows = [
-        [f"[{label(name)}]({name}.py)", typeset(title), *_numbers(table[table.figure == name])]
-        for name, title in titles.items()
-    ]
-    return markdown_table(["figure", "what it shows", *VERDICTS], rows)
+    return markdown_table(head, lines) if lines else "Nothing deviates."
 
 
 # Variables of run.nc.

@@ -1,38 +1,69 @@
-"""The report: one self-contained page."""
+"""The report: one self-contained page, of a study that is done or of one that still runs."""
 
 from __future__ import annotations
 
 import base64
-from collections import Counter
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
+from functools import partial
+from itertools import chain, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 from PIL import Image
 
-from dpd.analysis.collect import load
-from dpd.analysis.verdicts import KINDS, VERDICTS
-from dpd.files import attribute, replace_whole
+from dpd import files
+from dpd.digest import ROOT, paper_folder, shortened
+from dpd.files import replace_whole
+from dpd.pipeline.paper import (
+    PaperFile,
+    as_studied,
+    file_of_paper,
+    read_paper,
+    read_study,
+    studies,
+)  # fmt: skip
 from dpd.pipeline.paths import Results, commit, library_versions
-from dpd.report.figures import joined, read_verdicts, small_png
-from dpd.report.text import label, named, rendered, typeset, whole, with_error
-from dpd.sources import stage_digest
+from dpd.report.rows import (
+    KINDS,
+    LEADS,
+    Row,
+    by_name,
+    citations,
+    count,
+    read_rows,
+    sentences,
+    verdict_rows,
+    with_values,
+    worst_first,
+)  # fmt: skip
+from dpd.report.text import (
+    NUMBERED,
+    label,
+    named,
+    rendered,
+    span,
+    typeset,
+    whole,
+)  # fmt: skip
+from dpd.scene.yaml import read_section, read_yaml
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    import pandas as pd
-
     from dpd.pipeline.paper import Paper
 
-    Row = dict[str, Any]
-
-DATA_FILES = ("page.html", "page.css")  # read here: they are part of the report's digest
-PIXELS = 2  # of a picture in one of the page: 7-point type, at 300 dots per inch, is 15 pixels high
+DATA_FILES = ("page.html", "parts.html", "page.css")  # read here: part of the report's digest
+# In pixels of a picture: wider ones, and higher ones, have several panels.
+WIDE, HIGH, THUMB = 1500, 1100, (260, 200)
+COLOURS = 128  # of a picture in the page
+LEAST, MOST = 0.5, 2.0  # ends of the axis of ours over published
+BINS = np.arange(-6, 6.5, 0.5)  # of z
 SHORTER = 0.999  # of a time: a number of steps is rounded when a duration becomes one
-PLURAL = {"deviates": "deviate"}
 TIMES = {"steps", "duration"}  # by which a paper says how long it sampled
 
 
@@ -40,202 +71,225 @@ def write_page(
     study: str, description: str, papers: Sequence[Paper], folder: str | Path, path: str | Path,
     archived: str | Path | None = None,
 ) -> None:  # fmt: skip
-    """Write the report of a study, from the folder of its results.
+    """Write the report of a study, from the figures that the folder of its results has so far.
 
     ``archived``: verdict table in the archive of a long study, whose values stand beside those of
     this one.
     """
     results = Results(str(folder))
-    table = joined(map(read_verdicts, results.tables_of(papers)))
-    rows = verdict_rows(table, None if archived is None else read_verdicts(archived))
-    long_study = ""
-    if archived is not None and any(row["archived"] for row in rows):
-        long_study = Path(archived).parent.name
-    names = [paper.name for paper in papers]
-    checks = [_checks(paper, results) for paper in papers]
+    figures = [(paper.name, name) for paper in papers for name in paper.figures]
+    made = [
+        each for each in figures
+        if all(os.path.isfile(results.figure(*each, kind)) for kind in ("png", "csv"))
+    ]  # fmt: skip
+    done = len(made) == len(figures)
+    tables = [read_rows(results.figure(*each, "csv")) for each in made]
+    rows = verdict_rows(chain.from_iterable(tables), read_rows(archived) if archived else ())
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        drawn = pool.map(_picture, [Path(results.figure(*each, "png")) for each in made])
+        pictures = dict(zip(made, drawn))
+    at = Path(path).parent
+    shown = [_paper(paper, study, results, rows, pictures, at, done) for paper in papers]
+    kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in KINDS}
+    runs = [] if done else [_runs(paper.name, study, results) for paper in papers]
     page = rendered(
-        "page.html",
-        study=study,
-        description=description,
-        papers=[_paper(paper, results, rows) for paper in papers],
-        rows=rows,
-        long_study=long_study,
-        counts={kind: counts(rows, kind, names) for kind in KINDS},
-        checks=[row for rows in checks for row in rows],
-        costs=[c for paper, rows in zip(papers, checks) for c in _costs(paper, results, rows)],
-        shorter=[point for paper in papers for point in shorter_points(paper)],
-        not_said={paper.name: names for paper in papers if (names := not_said(paper))},
-        versions=library_versions(),
-        sources={
-            stage: stage_digest(stage) for stage in ("simulate", "collect", "figure", "report")
-        },
-        commit=commit(),
+        "page.html", study=study, description=description, papers=shown,
+        rows=sorted(rows, key=worst_first), long_study=any(row["archived"] for row in rows),
+        counts={kind: count(of) for kind, of in kinds.items()},
+        glance=glance(kinds["simulated"], shown), versions=library_versions(), commit=commit(),
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-    )
+        progress={} if done else {
+            "figures": len(made), "of": len(figures),
+            "runs": sum(there for there, _ in runs), "planned": sum(asked for _, asked in runs),
+        },
+    )  # fmt: skip
     replace_whole(path, lambda draft: draft.write_text(page, encoding="utf-8"))
 
 
-# Figures, and what each sweep says of itself.
+def _runs(name, study, results):
+    """Runs of a paper that have a result, and all that the study asks for."""
+    path = file_of_paper("papers", name)
+    given = as_studied(read_yaml(path), read_study(study).lineage, studies(), "")
+    there = asked = 0
+    for sweep, each in read_section(PaperFile, given, shortened(path)).sweeps.items():
+        if each.theory is None:
+            points = each.replicas * math.prod(
+                len(axis.taken) for axis in (each.axes or {}).values()
+            )
+            found = sum(1 for _ in Path(results.runs(name, sweep)).glob("*/run.nc"))
+            there, asked = there + min(found, points), asked + points
+    return there, asked
 
 
-def _paper(paper, results, rows):
-    """A paper's figures, each with its picture, caption and verdicts inside the page."""
-    files = {name: Path(results.figure(paper.name, name, "png")) for name in paper.figures}
-    return {
-        "key": paper.name,
-        "name": named(paper.name),
-        "title": paper.title,
-        "reference": paper.reference,
-        "figures": [_figure(path, f"{paper.name}-{name}", rows) for name, path in files.items()],
-    }
+# Papers, their figures, and their pictures.
 
 
-def _figure(path, name, rows):
-    """A figure's picture, what is seen in it, its caption, and the verdicts on its numbers."""
-    with Image.open(path) as picture:
-        width, height = picture.size
-        data = base64.b64encode(small_png(picture)).decode()
-    return {
-        "id": name,
-        "label": label(path.stem),
-        "picture": f"data:image/png;base64,{data}",
-        "width": width // PIXELS,
-        "height": height // PIXELS,
-        "seen": attribute(path.with_suffix(".nc"), "seen"),
-        "caption": Markup(path.with_suffix(".html").read_text(encoding="utf-8")),
-        "rows": [row for row in rows if row["figure"] == name],
-    }
-
-
-def _checks(paper, results):
-    """What each sweep says of itself: kT, momentum, speed, memory, cost."""
-    rows = []
-    for name in paper.sweeps:
-        data = load(results.sweep(paper.name, name))
-        rows.append({
-            "paper": paper.name,
-            "sweep": name,
-            "runs": data.kT.size,
-            "beads": _range(data.beads, "{:.0f}"),
-            "steps": _range(data.steps, "{:.0f}"),
-            "kT": _range(data.kT, "{:.4f}"),
-            "momentum": float(data.momentum_per_bead.max()),
-            "rate": float(np.median(data.bead_steps_per_second)) / 1e6,
-            "memory": float(data.peak_memory_MiB.max()),
-            "seconds": float(data.seconds.sum()),
+def _paper(paper, study, results, rows, pictures, at, done):
+    """A paper as the page shows it: sentences that hold in this study, and all of its figures."""
+    sampled = {sweep for each in paper.sampling for sweep in each["sweeps"]}
+    if done and sampled - paper.sweeps.keys():
+        paper = read_paper(paper.name, study, only=sampled)
+    cited = {"name": named(paper.name), "doi": "", "link": ""} | citations().get(paper.title, {})
+    own = [row for row in rows if row["paper"] == paper.name]
+    found = by_name(paper.name, (row["entry"] for row in own))
+    said = {each.key: each for each in sentences(paper.name)}
+    holds = {key for key, each in said.items() if each.holds(study, found)}
+    figures = []
+    for name in paper.figures:
+        judged = [row for row in own if row["entry"]["figure"] == name]
+        figure = _figure(paper.name, name, results, pictures.get((paper.name, name)), at)
+        numbered, told = NUMBERED.match(name), said.get(name)
+        topic = told.name if told else name[numbered.end() if numbered else 0 :].replace("_", " ")
+        figures.append(figure | {
+            "label": f"Fig. {numbered[1]}" if numbered else topic[:1].upper() + topic[1:],
+            "topic": typeset(topic) if numbered else "",
+            "says": typeset(told.text) if told else "",
+            "ours": with_values(told.ours, found) if name in holds else "",
+            "rows": judged,
+            "count": count(judged),
         })  # fmt: skip
-    return rows
+        for row in judged:
+            row["source"] = f"{cited['name']}, {figures[-1]['label']}"
+    units = [row for row in own if row["kind"] == "simulated"]
+    return cited | {
+        "key": paper.name, "title": paper.title, "reference": paper.reference,
+        "units": sorted(units, key=lambda row: "rdn".index(row["mark"])), "count": count(units),
+        "figures": figures, "says": [
+            (LEADS[key], key, with_values(said[key].text, found)) for key in LEADS if key in holds
+        ],
+        "checks": list(_checks(paper.name, results)) if done else [],
+        "shorter": shorter_points(paper) if done else [], "not_said": not_said(paper),
+    }  # fmt: skip
 
 
-def _range(values, pattern):
-    low, high = (pattern.format(float(v)) for v in (values.min(), values.max()))
-    return low if low == high else f"{low} to {high}"
-
-
-def _costs(paper, results, checks):
-    """Jobs and seconds of each stage, from what its files and sweeps say of themselves."""
-
-    def spent(file, names, *kind):
-        return len(names), sum(attribute(file(paper.name, n, *kind), "seconds") for n in names)
-
-    stages = {
-        "simulations": (sum(row["runs"] for row in checks), sum(row["seconds"] for row in checks)),
-        "sweeps": spent(results.sweep, paper.sweeps),
-        "sweeps of theory": spent(results.sweep, paper.theory),
-        "measurements": spent(results.measurement, paper.measurements),
-        "figures": spent(results.figure, paper.figures, "nc"),
+def _figure(paper, name, results, picture, at):
+    """A figure's picture, title and caption, and its files from where the page stands."""
+    path = Path(results.figure(paper, name, "png"))
+    title = picture["title"].removeprefix(f"{paper}, {label(name)}: ") if picture else ""
+    caption = path.with_suffix(".html")
+    files = {
+        "PDF": path.with_suffix(".pdf"),
+        "numbers (NetCDF)": path.with_suffix(".nc"),
+        "verdicts (CSV)": path.with_suffix(".csv"),
+        "scenes (YAML)": ROOT / "config" / "papers" / f"{paper}.yaml",
+        "source (Python)": paper_folder(paper) / f"{name}.py",
     }
-    for stage, (jobs, seconds) in stages.items():
-        if jobs:
-            yield {"paper": paper.name, "stage": stage, "jobs": jobs, "seconds": seconds}
+    return {
+        "id": f"{paper}-{name}", "title": typeset(title.removesuffix(".")), "picture": picture,
+        "caption": Markup(caption.read_text(encoding="utf-8")) if caption.is_file() else "",
+        "target": os.path.relpath(path),
+        "files": {
+            said: os.path.relpath(file, at).replace(os.sep, "/")
+            for said, file in files.items() if file.is_file()
+        },
+    }  # fmt: skip
 
 
-# Verdicts.
+def _picture(path):
+    """A figure's picture and its thumbnail as data, and what the file says of itself.
 
-
-def verdict_rows(table: pd.DataFrame, archived: pd.DataFrame | None = None) -> list[Row]:
-    """Rows of a verdict table as text, in its order, with ``id`` and ``figure`` for links.
-
-    Where a row of ``archived``, such a table of a long study, is held against the same published
-    value, ``archived`` is what that found and ``archived_verdict`` what it decided.
+    Both are kept beside the file in few bytes, so that a page is made anew within a second.
     """
-    seen: Counter[str] = Counter()
-    long_runs = {} if archived is None else {_key(e): e for e in archived.to_dict("records")}
-    rows = []
-    for entry in table.to_dict("records"):
-        figure = f"{entry['paper']}-{entry['figure']}"
-        seen[figure] += 1
-        found = long_runs.get(_key(entry))
-        has_limits = np.isfinite(entry["rounding"]) or _number(entry["published"]) is None
-        rows.append({
-            "id": f"{figure}-{seen[figure]}",
-            "paper": entry["paper"],
-            "figure": figure,
-            "label": label(entry["figure"]),
-            "kind": entry["kind"],
-            **{name: typeset(_text(entry[name])) for name in ("quantity", "where", "note")},
-            **{name: typeset(_small(entry[name]))
-               for name in ("published_error", "rounding", "resolution")},
-            "published": typeset(_published(entry["published"])),
-            "limits": _text(entry["limits"]) if has_limits else "",
-            "value": typeset(with_error(entry["value"], entry["error"])),
-            "deviation": typeset(_small(entry["deviation_sigma"], "{:.2f}")),
-            "verdict": entry["verdict"],
-            "archived": typeset(with_error(found["value"], found["error"])) if found else "",
-            "archived_verdict": found["verdict"] if found else "",
-        })  # fmt: skip
-    return rows
-
-
-def _key(entry):
-    """What two studies must have in common for their rows to be of one number."""
-    names = (entry[name] for name in ("paper", "figure", "quantity", "kind"))
-    return (*names, _published(entry["published"]))
-
-
-def _number(value):
-    try:
-        return float(value)
-    except ValueError:
-        return None
-
-
-def _published(value):
-    """A number, or a range in words."""
-    number = _number(value)
-    return _text(value) if number is None else f"{number:g}"
-
-
-def _small(value, pattern="{:.2g}"):
-    """A number of two digits, or nothing where there is none."""
-    return "" if np.isnan(value) else pattern.format(value).replace("inf", "∞")
-
-
-def _text(value):
-    """A cell of text: pandas has NaN where it is empty."""
-    return value if isinstance(value, str) else ""
-
-
-def counts(rows: Iterable[Row], kind: str, papers: Iterable[str]) -> list[Row]:
-    """How many rows of a kind have which verdict: of each paper that has any, and of all.
-
-    ``kind``: of `dpd.analysis.verdicts.KINDS`. The last one is of all papers, its ``paper`` empty.
-    """
-    chosen = [row for row in rows if row["kind"] == kind]
-    found = []
-    for paper in (*papers, ""):
-        own = [row["verdict"] for row in chosen if paper in ("", row["paper"])]
-        verdicts = {name: own.count(name) for name in VERDICTS}
-        text = ", ".join(
-            f"{number} {name if number == 1 else PLURAL.get(name, name)}"
-            for name, number in verdicts.items()
+    small, thumb = (path.with_suffix(f".{kind}.webp") for kind in ("small", "thumb"))
+    with Image.open(path) as image:
+        if not thumb.is_file() or thumb.stat().st_mtime_ns < path.stat().st_mtime_ns:
+            # The colours that cover most: the means of many would turn rare ones gray.
+            few = image.convert("RGB").quantize(
+                COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+            )
+            panel = _first_panel(image.convert("RGB"))
+            panel.thumbnail(THUMB, Image.Resampling.LANCZOS)
+            for target, drawn, options in (
+                (small, few.convert("RGB"), {"lossless": True}), (thumb, panel, {"quality": 65}),
+            ):  # fmt: skip
+                replace_whole(target, partial(drawn.save, format="webp", method=4, **options))
+        src, thumb = (
+            f"data:image/webp;base64,{base64.b64encode(each.read_bytes()).decode()}"
+            for each in (small, thumb)
         )
-        if own or not paper:
-            found.append({"paper": paper, "total": len(own), "verdicts": verdicts, "text": text})
-    return found
+        return {
+            "title": image.info.get("Title", ""), "alt": image.info.get("Description", ""),
+            "src": src, "thumb": thumb, "width": image.width, "height": image.height,
+            "wide": image.width > WIDE,
+        }  # fmt: skip
 
 
-# How long runs are beside those of the paper.
+def _first_panel(image):
+    """A picture's first panel, which alone can be made out on a thumbnail."""
+    inked = np.asarray(image.convert("L")) < 250
+    width = _gap(inked.any(axis=0)) if image.width > WIDE else image.width
+    height = _gap(inked.any(axis=1)) if image.height > HIGH else image.height
+    return image.crop((0, 0, width, height))
+
+
+def _gap(inked):
+    """The middle of the widest empty stretch around the middle; a half where there is none."""
+    size = len(inked)
+    free = [place for place in range(int(0.28 * size), int(0.6 * size)) if not inked[place]]
+    stretches = np.split(free, np.flatnonzero(np.diff(free) > 1) + 1)
+    widest = max(stretches, key=len)
+    return int(np.mean(widest)) if len(widest) > 8 else size // 2
+
+
+# All numbers at a glance: ours over published, and z beside the normal law.
+
+
+def glance(rows: Iterable[Row], papers: Sequence[Row]) -> Row:
+    """Both plots, with places in per cent of their width, so that they fit any."""
+    chosen = [r for r in rows if r["number"] is not None and r["mark"] != "n"]
+    lanes, y = [], 16
+    for paper in papers:
+        own = [r for r in chosen if r["paper"] == paper["key"] and math.isfinite(r["ratio"])]
+        lane = {"name": paper["name"], "top": y, "points": []}
+        for row in sorted(own, key=lambda row: row["ratio"]):
+            far = row["mark"] == "d" and abs(row["ratio"] - 1) > 0.1
+            y += 5 * far
+            low, high = (row["ratio"] + sign * row["ratio_error"] for sign in (-1, 1))
+            lane["points"].append({
+                "row": row, "y": y + 22, "far": far, "x": _on_axis(row["ratio"]),
+                "x1": _on_axis(low), "x2": _on_axis(high),
+            })  # fmt: skip
+            y += 12 if far else 7
+        if own:
+            y += 28
+            lanes.append(lane)
+    z = np.array([row["z"] for row in chosen if math.isfinite(row["z"])])
+    marks = np.array([row["mark"] for row in chosen if math.isfinite(row["z"])])
+    edges = [-np.inf, *BINS[1:-1], np.inf]
+    bars = [{mark: int(((z >= a) & (z < b) & (marks == mark)).sum()) for mark in "rd"}
+            for a, b in pairwise(edges)]  # fmt: skip
+    x = np.linspace(-6, 6, 121)
+    normal = len(z) * 0.5 * np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
+    top = 1.08 * max(normal.max(), *(bar["r"] + bar["d"] for bar in bars), 1)
+    points = [point for lane in lanes for point in lane["points"]]
+    return {
+        "lanes": lanes, "height": y, "bars": bars, "top": top, "points": len(points), "n": len(z),
+        "ticks": [(t, _on_axis(t)) for t in (0.5, 0.7, 0.8, 0.9, 1, 1.1, 1.25, 1.5, 2)],
+        "near": sum(abs(point["row"]["ratio"] - 1) < 0.05 for point in points),
+        "curve": " ".join(f"{100 * (a + 6) / 12:.2f},{100 - 100 * n / top:.2f}"
+                          for a, n in zip(x, normal)),
+        "inside": [round(100 * float((abs(z) <= k).mean())) if len(z) else 0 for k in (1, 2)],
+    }  # fmt: skip
+
+
+def _on_axis(ratio):
+    """Place of ours over published on a logarithmic axis, in per cent."""
+    within = max(LEAST, min(MOST, ratio))
+    return round(100 * math.log(within / LEAST) / math.log(MOST / LEAST), 2)
+
+
+# What sweeps say of themselves, and how long runs are beside those of the paper.
+
+
+def _checks(name, results):
+    """Temperature and momentum of the runs of each sweep, and how many and how long they are."""
+    for path in sorted(Path(results.sweep(name, "sweep")).parent.glob("*.nc")):
+        data, _ = files.read(path)
+        if "kT" in data:  # it is simulated
+            kT = f"{data['kT'].min():.4f} to {data['kT'].max():.4f}"
+            beads, steps = (span(data[key], counted=False) for key in ("beads", "steps"))
+            momentum = typeset(f"{data['momentum_per_bead'].max():.1e}")
+            yield path.stem.replace("_", " "), data["kT"].size, beads, steps, kT, momentum
 
 
 def shorter_points(paper: Paper) -> list[Row]:

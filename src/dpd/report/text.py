@@ -131,16 +131,6 @@ def with_error(value: float, error: float | None = None) -> str:
     return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 
-def in_percent(errors: Mapping[str, tuple[float, float]]) -> dict[str, str]:
-    """Relative errors, each with its standard error, in per cent."""
-    return {name: with_error(100 * value, 100 * error) for name, (value, error) in errors.items()}
-
-
-def with_range(middle: float, low: float, high: float) -> str:
-    """A number with the range that it was met in."""
-    return f"{middle:.3g} ({low:.3g} to {high:.3g})" if np.isfinite(middle) else "–"
-
-
 def whole(value: float) -> str:
     """A whole number, in groups of three digits from ten thousand on."""
     return f"{value:,.0f}".replace(",", NARROW_SPACE) if abs(value) >= 1e4 else f"{value:.0f}"
@@ -158,19 +148,6 @@ def span(values: npt.ArrayLike, counted: bool = True) -> str:
     if len(numbers) < 3:
         return " and ".join(numbers)
     return f"{numbers[0]} to {numbers[-1]}" + (f" ({len(numbers)} values)" if counted else "")
-
-
-def published_text(row: Mapping[str, Any]) -> str:
-    """Published value as printed in the table: with its error or its rounding, if it has any."""
-    try:
-        text = f"{float(row['published']):g}"
-    except ValueError:
-        return row["published"]
-    if np.isfinite(row["published_error"]):
-        text += f" ± {row['published_error']:.2g}"
-    if np.isfinite(row["rounding"]):
-        text += f", rounded by {row['rounding']:.2g}"
-    return text
 
 
 # A figure's caption: number, what the paper shows, a line a sweep, errors.

@@ -1,0 +1,201 @@
+"""Rows of verdict tables as pages show them, and the sentences that hold where they do."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import yaml
+
+from dpd.analysis.verdicts import published
+from dpd.digest import ROOT, paper_folder
+from dpd.errors import UserError
+from dpd.report.text import GREEK, typeset, with_error
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
+
+    from markupsafe import Markup
+
+Row = dict[str, Any]
+MARKS = {"replicated": "r", "deviates": "d", "not reached at this scale": "n"}
+KINDS = ("simulated", "closed form", "check")
+LEADS = {"About": "", "Holds": "r", "Does not": "d", "Why": "w", "Open": "n"}
+NEEDED = {"paper", "figure", "quantity", "kind", "published", "verdict"}
+NUMBERS = ("published_error", "rounding", "value", "error", "deviation_sigma", "resolution")
+SAME = "the same"  # begins a quantity that differs from the one before it
+SENTENCE = re.compile(r"- \*\*(.+?)\.\*\* (.+?) ?<!--(.*?)-->")
+NAMED = re.compile(r"\{([\w.]+)\}")
+
+
+def read_rows(path: str | Path) -> list[Row]:
+    """Rows of a verdict table. Raises `UserError` if it is damaged or an older one."""
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        if rows and not rows[0].keys() >= NEEDED:
+            raise ValueError("no such columns")
+        return [
+            dict.fromkeys(("where", "note", "limits"), "")
+            | row | {name: float(row.get(name) or "nan") for name in NUMBERS}
+            for row in rows
+        ]  # fmt: skip
+    except (OSError, TypeError, ValueError):
+        raise UserError(
+            f"{path}: damaged, or no table of verdicts; let snakemake make it again"
+        ) from None
+
+
+def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row]:
+    """Rows of a verdict table as the page shows them, in its order, with ``id`` for links.
+
+    Where a row of ``archived``, such a table of a long study, is held against the same published
+    value, ``archived`` is what that found and decided.
+    """
+    long_runs = {_key(entry): entry for entry in archived}
+    rows: list[Row] = []
+    named_last = ""
+    for entry in table:
+        quantity = entry["quantity"]
+        if not quantity.startswith(SAME):
+            named_last = quantity
+        else:  # in a sorted table it must say of what it is the same
+            quantity = f"{named_last}; likewise{quantity.removeprefix(SAME)}"
+        long_one, z, number = long_runs.get(_key(entry)), entry["deviation_sigma"], _number(entry)
+        spread = math.hypot(*(
+            each for each in (entry["published_error"], entry["rounding"] / 3**0.5, entry["error"])
+            if math.isfinite(each)
+        ))  # fmt: skip
+        figure = f"{entry['paper']}-{entry['figure']}"
+        rows.append({
+            "entry": entry,
+            "id": f"{figure}-{sum(row['figure'] == figure for row in rows) + 1}",
+            "paper": entry["paper"],
+            "figure": figure,
+            "kind": entry["kind"],
+            "mark": MARKS[entry["verdict"]],
+            "quantity": typeset(quantity), **{k: typeset(entry[k]) for k in ("where", "note")},
+            "plain": re.sub(r"[A-Za-z]+", lambda word: GREEK.get(word[0], word[0]), quantity),
+            "published": typeset(_published(entry)),
+            "allowed": " ".join(
+                f"{sign} {entry[key]:.2g}"
+                for key, sign in (("published_error", "±"), ("rounding", "rounding"))
+                if math.isfinite(entry[key])
+            ),
+            "limits": entry["limits"] if math.isfinite(entry["rounding"]) or number is None else "",
+            "ours": typeset(with_error(entry["value"], entry["error"])),
+            "value": entry["value"],
+            "resolution": "" if math.isnan(entry["resolution"]) else f"{entry['resolution']:.2g}",
+            "archived": typeset(
+                f"{with_error(long_one['value'], long_one['error'])}, {long_one['verdict']}"
+            ) if long_one else "",
+            "z": z,
+            "z_text": "" if math.isnan(z) else f"{z:.1f}".replace("inf", "∞").replace("-", "−"),
+            "z_bar": max(-5.0, min(5.0, z)) if not math.isnan(z) else 0.0,
+            "ratio": entry["value"] / number if number else math.nan,
+            "ratio_error": 1.96 * spread / abs(number) if number else math.nan,
+            "number": number,
+        })  # fmt: skip
+    return rows
+
+
+def _key(entry):
+    """What two studies must have in common for their rows to be of one number."""
+    return (*(entry[name] for name in ("paper", "figure", "quantity", "kind")), _published(entry))
+
+
+def _number(entry):
+    """A published number; None of a range in words."""
+    try:
+        return float(entry["published"])
+    except ValueError:
+        return None
+
+
+def _published(entry):
+    number = _number(entry)
+    return entry["published"] if number is None else f"{number:g}"
+
+
+def worst_first(row: Row) -> tuple:
+    """What deviates, then what is not reached; published before our own; an infinite z last."""
+    size = abs(row["z"]) if math.isfinite(row["z"]) else 0.0
+    return "dnr".index(row["mark"]), row["kind"] != "simulated", -size
+
+
+def count(rows: Iterable[Row]) -> dict[str, int]:
+    """How many rows have which verdict, in the order of the page, and how many there are."""
+    marks = [row["mark"] for row in rows]
+    return {mark: marks.count(mark) for mark in "rdn"} | {"all": len(marks)}
+
+
+# What is said of papers and figures.
+
+
+@cache
+def citations() -> dict[str, dict[str, str]]:
+    """Name, DOI and link of each work that CITATION.cff refers to, by its title."""
+    found = {}
+    for entry in yaml.safe_load((ROOT / "CITATION.cff").read_text())["references"]:
+        names = [author.get("family-names", author.get("name")) for author in entry["authors"]]
+        short = " & ".join(names) if len(names) < 3 else f"{names[0]} et al."
+        name, doi = f"{entry.get('abbreviation', short)} {entry['year']}", entry.get("doi", "")
+        link = f"https://doi.org/{doi}" if doi else entry.get("url", "")
+        found[entry["title"]] = {"name": name, "doi": doi, "link": link}
+    return found
+
+
+class Sentence(NamedTuple):
+    """What findings.md says in short: of a paper, under one of `LEADS`, or of a figure."""
+
+    key: str  # the lead, or the figure's file
+    name: str  # of the figure in words
+    text: str
+    ours: str  # what stands between asterisks: what comes out here
+    verdicts: dict[str, str]  # that it states, by the names in published.yaml
+    studies: list[str]  # that it speaks of; of any one if empty
+
+    def holds(self, study: str, found: Mapping[str, Row]) -> bool:
+        """Whether it is about a study with these rows, and each has the verdict that it states."""
+        quoted = NAMED.findall(self.text + self.ours)
+        return (
+            (not self.studies or study in self.studies)
+            and found.keys() >= {*quoted, *self.verdicts}
+            and all(found[name]["verdict"] == verdict for name, verdict in self.verdicts.items())
+        )
+
+
+def sentences(paper: str) -> list[Sentence]:
+    """The items of a paper's findings.md that end in a comment: what they state, of which study."""
+    path, found = paper_folder(paper) / "findings.md", []
+    text = path.read_text(encoding="utf-8") if path.is_file() else ""
+    for block in re.split(r"\n(?=- |\n)", text):
+        if item := SENTENCE.fullmatch(" ".join(block.split())):
+            key, _, name = item[1].partition(", ")
+            said, _, ours = item[2].partition(" *")
+            parts = [part.partition(":") for part in item[3].split(";")]
+            stated = {
+                name: next(v for v in MARKS if v.startswith(verdict.strip()))
+                for verdict, _, names in parts for name in names.split()
+            }  # fmt: skip
+            only = [s for study, colon, _ in parts if not colon for s in study.split()]
+            found.append(Sentence(key, name, said, ours.rstrip("*"), stated, only))
+    return found
+
+
+def by_name(paper: str, rows: Iterable[Row]) -> dict[str, Row]:
+    """Rows of a verdict table by the names in published.yaml."""
+    found = {(row["paper"], row["figure"], row["quantity"]): row for row in rows}
+    given = {name: (paper, e["figure"], e["quantity"]) for name, e in published(paper).items()}
+    return {name: found[key] for name, key in given.items() if key in found}
+
+
+def with_values(text: str, found: Mapping[str, Row]) -> Markup:
+    """A sentence with our values where it names them, as ``{alpha}``."""
+    return typeset(
+        NAMED.sub(lambda n: with_error(found[n[1]]["value"], found[n[1]]["error"]), text)
+    )
