@@ -136,7 +136,7 @@ def assert_goes_on(folder, data, sample, threads, killed=None):
 def assert_same(one, other):
     """All variables of two results, the last configuration, and the state for longer ones."""
     (first, told), (second, also) = files.read(one), files.read(other)
-    groups = files.read_group(one, STATE), files.read_group(other, STATE)
+    groups = files.read(one, STATE)[0], files.read(other, STATE)[0]
     for mine, its in ((first, second), groups):
         assert mine.keys() == its.keys() and mine
         for name, values in mine.items():
@@ -202,7 +202,7 @@ def test_who_keeps_a_state(tmp_path, asked):
         simulate(scene, tmp_path / "run.nc", make_start(scene), Options(own=own))
         found.append(files.read(tmp_path / "run.nc")[0])
         kept = own if asked is None else asked
-        assert bool(files.read_group(tmp_path / "run.nc", STATE)) is kept
+        assert bool(files.read(tmp_path / "run.nc", STATE)[0]) is kept
         assert ("last_position" in found[-1]) is kept
     for name in found[0].keys() & found[1].keys():
         np.testing.assert_array_equal(found[0][name], found[1][name], err_msg=name)

@@ -139,13 +139,13 @@ def test_an_extension_killed_after_its_result_is_not_made_twice(done, dpd, every
     """Whether it has kept its state on its way or not."""
     command = ("extend", "run.nc", "--sample", "100", "--checkpoint-every", str(every))
     stop(*command)
-    assert files.attribute("run.nc", "steps") == 320
+    assert files.attributes("run.nc")["steps"] == 320
     write("other.yaml", EDITED)
     assert dpd("run", "other.yaml", "-o", "run.nc")[0] == 1
     code, said = dpd(*command)
     assert code == 0 and "has been made longer before" in said, said
-    assert files.attribute("run.nc", "steps") == 320 and not checkpoint_path("run.nc").exists()
-    assert dpd(*command)[0] == 0 and files.attribute("run.nc", "steps") == 420
+    assert files.attributes("run.nc")["steps"] == 320 and not checkpoint_path("run.nc").exists()
+    assert dpd(*command)[0] == 0 and files.attributes("run.nc")["steps"] == 420
 
 
 @pytest.mark.parametrize("what", ["overwrite", "extend"])
@@ -161,12 +161,12 @@ def test_a_result_and_the_trajectory_beside_it_are_of_one_run(folder, dpd, monke
         patch.setattr(files, "write", Mock(side_effect=KeyboardInterrupt))
         assert dpd(*command)[0] == 130
     if what == "extend":
-        assert files.attribute("run.nc", "steps") == 220
+        assert files.attributes("run.nc")["steps"] == 220
     else:
         code, said = dpd("run", "scene.yaml", "-o", "run.nc")
         assert code == 1 and "holds the state of a run that was stopped or killed" in said
     code, said = dpd(*(each for each in command if each != "--overwrite"))
-    assert code == 0 and "anew" not in said and files.attribute("run.nc", "steps") == steps
+    assert code == 0 and "anew" not in said and files.attributes("run.nc")["steps"] == steps
 
 
 def test_what_a_longer_run_would_replace(done, dpd):
@@ -220,4 +220,4 @@ def test_sweeps(folder):
         second = package.sweep(SCENE, axes, output="runs", progress=False)
     assert second.pressure.equals(first.pressure)
     package.sweep(EDITED, axes, output="runs", progress=False, overwrite=True)
-    assert files.attribute(runs[0], "sources") != "another"
+    assert files.attributes(runs[0])["sources"] != "another"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from dpd.errors import Occupied, UserError, reason, remedy
+from dpd.errors import Occupied, UserError, reason, remedy, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -35,7 +35,7 @@ def write(
     attributes: Mapping[str, Any],
     groups: Mapping[str, Mapping[str, np.ndarray]] | None = None,
 ) -> None:
-    """Write a NetCDF file, whole or not at all; groups have plain arrays, see `read_group`."""
+    """Write a NetCDF file, whole or not at all; groups have plain arrays."""
 
     def fill(draft):
         with opened(draft, "w") as file:
@@ -128,21 +128,17 @@ def check_place(path: str | Path) -> None:
         draft.write_bytes(b"0" * 4096)
 
 
-def read(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Variables and attributes of a NetCDF file; `UserError` if it is missing or is not NetCDF."""
-    with _reading(path) as file:
-        file.set_auto_mask(False)
-        variables = {name: variable[...] for name, variable in file.variables.items()}
-        return variables, {name: file.getncattr(name) for name in file.ncattrs()}
+def read(path: str | Path, group: str = "") -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Variables and attributes of a NetCDF file or of a group of it; `UserError` if it is none.
 
-
-def read_group(path: str | Path, name: str) -> dict[str, np.ndarray]:
-    """Arrays of a group of a NetCDF file by name; none where it has no such group."""
+    A group that is not there has none of them.
+    """
     with _reading(path) as file:
-        file.set_auto_mask(False)
-        if name not in file.groups:
-            return {}
-        return {key: variable[...] for key, variable in file.groups[name].variables.items()}
+        place = file.groups.get(group) if group else file
+        if place is None:
+            return {}, {}
+        variables = {name: variable[...] for name, variable in place.variables.items()}
+        return variables, {name: place.getncattr(name) for name in place.ncattrs()}
 
 
 def check_input(path: str | Path) -> None:
@@ -151,12 +147,6 @@ def check_input(path: str | Path) -> None:
         raise UserError(f"{path}: there is no such file")
     if not os.path.isfile(path):
         raise UserError(f"{path}: is not a file")
-
-
-def attribute(path: str | Path, name: str) -> Any:
-    """One attribute of a NetCDF file; AttributeError if it is missing."""
-    with _reading(path) as file:
-        return file.getncattr(name)
 
 
 def attributes(path: str | Path) -> dict[str, Any]:
@@ -182,21 +172,26 @@ def opened(path: str | Path, mode: Literal["r", "w"] = "r") -> Iterator[netCDF4.
 def _reading(path):
     """A NetCDF file to read from, or a sentence on why it cannot be."""
     check_input(path)
+    with reading(path, "NetCDF file", "make it again"), opened(path) as file:
+        file.set_auto_mask(False)
+        yield file
+
+
+@contextmanager
+def reading(
+    path: object, kind: str = "file", remedy: str = "copy or write it again"
+) -> Iterator[None]:
+    """Say in a sentence what the system, a library or NumPy has against a file that is read."""
     try:
-        with opened(path) as file:
-            yield file
-    except (OSError, RuntimeError, UnicodeError) as problem:
-        if is_of_system(problem):
+        with np.errstate(all="ignore"):
+            yield
+    except UserError:
+        raise
+    except Exception as problem:  # a dozen kinds, for bytes and numbers in it that cannot be
+        if (getattr(problem, "errno", None) or 0) > 0:  # what the NetCDF library finds is below
             raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
-        raise UserError(
-            f"{path}: not a whole NetCDF file ({reason(problem)}); if it should be one, make it "
-            "again"
-        ) from None
-
-
-def is_of_system(problem: BaseException) -> bool:
-    """Whether the system refused a file; what the NetCDF library finds in one is below zero."""
-    return (getattr(problem, "errno", None) or 0) > 0
+        said = shown(reason(problem).replace(str(path), "the file") or "damaged", str)
+        raise UserError(f"{path}: not a whole {kind} ({said}); {remedy}") from None
 
 
 def check_digest(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,14 +12,14 @@ from xarray.backends import NetCDF4DataStore
 
 from dpd import files
 from dpd.analysis.statistics import block_mean_and_error, correlation_time, spread_of_mean, trend
-from dpd.errors import UserError, reason
+from dpd.errors import UserError
 from dpd.own import blaming
 from dpd.page import Calculation, Quantity
 from dpd.scene.scene import Scene
 from dpd.sources import calculations_file, run_sources, stage_digest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable
 
 
 LAST = "last_"  # what variables of the last configuration begin with: it stays with its run
@@ -166,9 +165,9 @@ def _description(sweep):
 
 def name_of(path: str | Path) -> str:
     """The name of the sweep or measurement that a file holds."""
-    for kind in ("sweep", "measurement"):
-        with suppress(AttributeError):
-            return files.attribute(path, kind)
+    made = files.attributes(path)
+    for kind in {"sweep", "measurement"} & made.keys():
+        return str(made[kind])
     raise UserError(f"{path}: neither a collected sweep nor a measurement; name a file that is one")
 
 
@@ -250,26 +249,9 @@ def _read(path, scene, any_version):
     return run.drop_vars([name for name in run.variables if str(name).startswith(LAST)])
 
 
-@contextmanager
-def reading(
-    path: str | Path,
-    kind: str = "NetCDF file",
-    remedy: str = "delete it and let snakemake make it again",
-) -> Iterator[None]:
-    """Turn what libraries raise over a missing or damaged file, read within, into a sentence."""
-    if not Path(path).is_file():
-        raise UserError(f"{path}: there is no such file; let snakemake make it")
-    try:
-        yield
-    except (OSError, RuntimeError, ValueError, KeyError) as problem:
-        if files.is_of_system(problem):
-            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
-        raise UserError(f"{path}: not a whole {kind}; {remedy}") from None
-
-
 def load(path: str | Path, remedy: str = "delete it and let snakemake make it again") -> xr.Dataset:
     """Read a dataset that `save` or a run has written."""
-    with reading(path, remedy=remedy), files.opened(path) as file:
+    with files.reading(path, "NetCDF file", remedy), files.opened(path) as file:
         return xr.open_dataset(NetCDF4DataStore(file)).load()
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from dpd import files
 from dpd.errors import UserError
-from dpd.particles.particles import Particles, refusing_damage
+from dpd.particles.particles import Particles
 
 WRITTEN = ".gsd", ".data", ".lmp", ".nc"
 READ = (*WRITTEN, ".checkpoint")
@@ -21,7 +21,7 @@ def read(path: str | Path, frame: int = -1) -> Particles:
     """
     path, kind = Path(path), refuse_suffix(path, READ)
     files.check_input(path)
-    with refusing_damage(path):
+    with files.reading(path):
         if kind == ".gsd":
             from dpd.particles.gsd_files import read_gsd
 

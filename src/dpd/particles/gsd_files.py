@@ -18,7 +18,7 @@ import gsd.pygsd
 import numpy as np
 
 from dpd.errors import UserError
-from dpd.files import draft_of, unfinished, writing
+from dpd.files import draft_of, reading, unfinished, writing
 from dpd.particles.particles import (
     FLAT,
     Particles,
@@ -27,7 +27,6 @@ from dpd.particles.particles import (
     checked,
     frame_number,
     in_tilted_box,
-    refusing_damage,
     tilt_factors,
 )
 
@@ -67,7 +66,7 @@ def _check_count(file, place, name, path):
 @contextmanager
 def trajectory_to_read(path: Path) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
     """A GSD file, read by the library's Python code: its C code can die of a damaged file."""
-    with refusing_damage(path), open(path, "rb") as file:
+    with reading(path), open(path, "rb") as file:
         found = gsd.pygsd.GSDFile(file)
         if found.schema != "hoomd":
             raise UserError(f"{path}: a GSD file with the schema {found.schema!r}; allowed: hoomd")

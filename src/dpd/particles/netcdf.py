@@ -22,7 +22,6 @@ from dpd.particles.particles import (
     checked,
     last_configuration,
     of_scene,
-    refusing_damage,
     tilt_factors,
 )
 from dpd.scene.scene import Scene
@@ -79,7 +78,7 @@ def particles_of(
             f"{path}: holds no last configuration. `dpd run` keeps one; a run of a study does if "
             "its scene says 'keep_state: true'"
         )
-    with refusing_damage(path):
+    with files.reading(path):
         arrays: dict[str, Any] = {
             name: variables[f"last_{name}"] for name in ARRAYS if f"last_{name}" in variables
         }
@@ -101,7 +100,7 @@ def read_netcdf(path: Path) -> Particles:
     """
     variables, attributes = files.read(path)
     if "start_digest" in attributes:
-        if not (stored := files.read_group(path, STATE)):
+        if not (stored := files.read(path, STATE)[0]):
             raise UserError(f"{path}: a start of another version of this program; make it again")
         return _of_state(stored, attributes["scene"], path)
     if POSITION in variables or "position" not in variables or "scene" not in attributes:

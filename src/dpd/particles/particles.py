@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dpd.engine.space import TURN, along_axes, slide_of, tilted, wrapped
-from dpd.errors import UserError, reason, shown
+from dpd.errors import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from dpd.engine.state import State
     from dpd.physics.shear import Shear
@@ -140,21 +139,6 @@ def molecules_of(particles: Particles) -> np.ndarray:
     one, two = particles.bonds.astype(np.int64).T
     table = coo_array((np.ones(len(one), np.int8), (one, two)), shape=(particles.beads,) * 2)
     return connected_components(table, directed=False)[1]
-
-
-@contextmanager
-def refusing_damage(path: object) -> Iterator[None]:
-    """Say in a sentence what the system, a library or NumPy has against a file."""
-    try:
-        with np.errstate(all="ignore"):
-            yield
-    except UserError:
-        raise
-    except Exception as problem:  # a dozen kinds, for numbers in it that cannot be
-        if getattr(problem, "errno", None):
-            raise UserError(f"{path}: cannot be read ({reason(problem)})") from None
-        said = shown(str(problem).replace(str(path), "the file") or "damaged", str)
-        raise UserError(f"{path}: not a whole file ({said}); copy or write it again") from None
 
 
 def checked(particles: Particles, path: object, periodic: bool = False) -> Particles:

@@ -139,8 +139,8 @@ def _rates(pattern):
     """Bead-steps per second of the results that a pattern names."""
     found = []
     for path in glob.glob(pattern):
-        with suppress(UserError, AttributeError):  # what is damaged will be made anew
-            found.append(float(files.attribute(path, "bead_steps_per_second")))
+        with suppress(UserError, KeyError):  # what is damaged will be made anew
+            found.append(float(files.attributes(path)["bead_steps_per_second"]))
     return [rate for rate in found if rate > 0]
 
 

@@ -25,7 +25,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from dpd import files
-from dpd.analysis.collect import load, reading
+from dpd.analysis.collect import load
 from dpd.analysis.statistics import COVERAGE, MANY, widening
 from dpd.digest import ROOT
 from dpd.errors import UserError
@@ -261,8 +261,7 @@ def _long_runs(target, papers, results, hours):
     for name, path in _runs(papers, results) if hours < math.inf else ():
         for place in (path, target / name):
             if place.is_file():
-                with reading(place):
-                    seconds = float(files.attribute(place, "seconds"))
+                seconds = float(files.attributes(place).get("seconds", 0))
                 if seconds >= 3600 * hours:
                     yield name, place.read_bytes()
                     break

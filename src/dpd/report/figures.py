@@ -23,12 +23,12 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from PIL import Image
 
-from dpd.analysis.collect import load, reading, save
+from dpd.analysis.collect import load, save
 from dpd.analysis.statistics import degrees_of
 from dpd.analysis.verdicts import COLUMNS, figure_path, rows
 from dpd.digest import ROOT, shortened
 from dpd.errors import UserError
-from dpd.files import replace_whole
+from dpd.files import reading, replace_whole
 from dpd.report.style import LOOK
 from dpd.report.text import caption, label
 
@@ -184,7 +184,7 @@ def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
 
 def read_verdicts(path: str | Path) -> pd.DataFrame:
     """A verdict table from a file. Raises `UserError` if it is missing, damaged or an older one."""
-    with reading(path, "table of verdicts"):
+    with reading(path, "table of verdicts", "delete it and let snakemake make it again"):
         table = pd.read_csv(path)
     if lacking := IN_TABLES - set(table.columns):
         raise UserError(

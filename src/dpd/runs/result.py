@@ -54,7 +54,7 @@ def read_former(path: str | Path) -> Former:
     """The finished run in a file; `UserError` if it is none that can be made longer."""
     attributes = files.attributes(path)
     refuse_other(path, attributes)
-    scene, arrays = scene_of(path, attributes), files.read_group(path, STATE)
+    scene, arrays = scene_of(path, attributes), files.read(path, STATE)[0]
     if not arrays:
         raise UserError(
             f"{path}: it holds no state to go on from. `dpd run --overwrite` makes it again with "

@@ -7,7 +7,7 @@ import os
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from dpd.errors import UserError, reason
+from dpd.errors import UserError
 from dpd.page import Start, setting
 
 if TYPE_CHECKING:
@@ -78,18 +78,15 @@ class FromFile(Start, key="file"):
 
 def file_digest(path: str, where: str) -> str:
     """SHA-256 of what is in a file; refused, with ``where`` in front, if it cannot be read."""
-    from dpd.files import check_input  # NetCDF, which few scenes need to be read
+    from dpd.files import check_input, reading  # NetCDF, which few scenes need to be read
 
     try:
         check_input(path)
-        found = os.stat(path)
-        return _digest_of(path, found.st_mtime_ns, found.st_size)
+        with reading(path):
+            found = os.stat(path)
+            return _digest_of(path, found.st_mtime_ns, found.st_size)
     except UserError as problem:
         raise UserError(f"{where}: start.path: {problem}") from None
-    except OSError as problem:
-        raise UserError(
-            f"{where}: start.path: {path}: cannot be read ({reason(problem)})"
-        ) from None
 
 
 @cache

@@ -21,6 +21,8 @@ from dpd.particles.netcdf import STATE
 from dpd.particles.particles import (
     UPRIGHT,
     Particles,
+    checked,
+    last_configuration,
     molecules_of,
     shear_of,
     whole_images,
@@ -75,10 +77,9 @@ def read_start(scene: Scene, path: str | Path) -> State:
             f"{start_digest(scene)}); {REMEDY}"
         )
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
-    state = put_back(files.read_group(path, STATE), ())
-    for name, array in (("positions", state.position), ("velocities", state.velocity)):
-        if array is None or not np.isfinite(array).all():
-            raise UserError(f"{path}: has no {name}, or some that are no numbers; {REMEDY}")
+    state = put_back(files.read(path, STATE)[0], ())
+    with files.reading(path, remedy=REMEDY):
+        checked(last_configuration(scene, state), path)
     return state
 
 
