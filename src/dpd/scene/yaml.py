@@ -58,10 +58,6 @@ class Loader(Quick):  # type: ignore[misc,valid-type]
 for _tag, _form, _first in CORE:
     Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(f"^(?:{_form})$"), _first)
 Loader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(node.value))
-Loader.add_constructor(
-    "tag:yaml.org,2002:float",  # infinity and nan without their point
-    lambda loader, node: float(re.sub(r"\.(?=[a-z])", "", node.value.lower())),
-)
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:

@@ -62,11 +62,14 @@ class Rule(NamedTuple):
 
 
 class BondCells(NamedTuple):
-    """Bonds in the cells of their middles, as linked lists that end with -1."""
+    """Bonds in the cells of their middles, as linked lists that end with -1.
+
+    A bond is named by its second bead, along the chain.
+    """
 
     head: np.ndarray  # (columns, rows) int64: the bond that was put last into each cell
     following: np.ndarray  # (n,) int64: the one before it
-    ends: np.ndarray  # (2, n) int64
+    first: np.ndarray  # (n,) int64: its other bead
 
 
 @inlined()
@@ -99,12 +102,11 @@ def middle_of_bond(first, second, position, edges, shape):
 
 
 @inlined()
-def insert_bond(b, first, second, position, edges, bonds):
+def insert_bond(first, second, position, edges, bonds):
     """Put a bond into the cell of its middle."""
     _, _, _, _, a, c = middle_of_bond(first, second, position, edges, bonds.head.shape)
-    bonds.ends[0, b], bonds.ends[1, b] = first, second
-    bonds.following[b] = bonds.head[a, c]
-    bonds.head[a, c] = b
+    bonds.first[second], bonds.following[second] = first, bonds.head[a, c]
+    bonds.head[a, c] = second
 
 
 @inlined()
@@ -116,16 +118,16 @@ def crosses_some(end, monomer, position, edges, bonds):
     low_c, high_c = around(c, shape[1])
     for i in range(low_a, high_a):
         for j in range(low_c, high_c):
-            b = bonds.head[(a + i) % shape[0], (c + j) % shape[1]]
-            while b >= 0:
-                first, second = bonds.ends[0, b], bonds.ends[1, b]
+            second = bonds.head[(a + i) % shape[0], (c + j) % shape[1]]
+            while second >= 0:
+                first = bonds.first[second]
                 if first != end and second != end:
                     # The image of the bond that is near is the one whose middle is.
                     u, v, ku, kv, _, _ = middle_of_bond(first, second, position, edges, shape)
                     u, v = nearest_image(u - x, edges[0]), nearest_image(v - y, edges[1])
                     if segments_meet(u, v, hx, hy, ku, kv):
                         return True
-                b = bonds.following[b]
+                second = bonds.following[second]
     return False
 
 
@@ -146,13 +148,11 @@ def grow(position, edges, shape, rule, chains, active, rng):
             a, c = cell_at(position[0, i], position[1, i], edges, shape)
             following[i] = head[a, c]
             head[a, c] = i
-    bonds = BondCells(np.full(shape, -1), np.empty(n, np.int64), np.empty((2, n), np.int64))
-    made = 0
+    bonds = BondCells(np.full(shape, -1), np.empty(n, np.int64), np.empty(n, np.int64))
     for c in range(len(length)):
         for k in range(length[c] - 1):
-            insert_bond(made, beads[c, k], beads[c, k + 1], position, edges, bonds)
-            made += 1
-    former = made
+            insert_bond(beads[c, k], beads[c, k + 1], position, edges, bonds)
+    made = 0
     near = np.empty(n, np.int64)
     order = np.empty(n)
     for c in active:
@@ -182,13 +182,13 @@ def grow(position, edges, shape, rule, chains, active, rng):
             near[best], order[best] = near[found], order[found]
             if crosses_some(end, monomer, position, edges, bonds):
                 continue
-            insert_bond(made, end, monomer, position, edges, bonds)
+            insert_bond(end, monomer, position, edges, bonds)
             made += 1
             beads[c, length[c]] = monomer
             length[c] += 1
             chain[monomer] = c
             break
-    return made - former
+    return made
 
 
 # --- all rounds
