@@ -101,7 +101,7 @@ def test_only_simulated_numbers_are_counted(text):
     for mark, number in (("r", 2), ("d", 1), ("n", 1)):
         assert re.search(rf'#m-{mark}"/></svg><b>{number}</b>', text)
         assert len(re.findall(f'm-{mark} s11 go"', text)) == number
-    assert "1 numbers that a formula gives (1 hold) and 1 checks of our own (0 hold)" in text
+    assert "that a formula gives (1 of 1 hold) and checks of our own (0 of 1 hold)" in text
 
 
 def test_a_row_in_full(text):
