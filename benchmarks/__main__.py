@@ -11,12 +11,6 @@ from dpd.pipeline.paths import results_of
 from paper_figures.benchmark.recommended import recommendations
 
 
-@command()
-def bench(options):
-    """Measure the engine's speed, beside LAMMPS if installed."""
-    module.bench()
-
-
 @command("name", output="name.nc")
 def measure(options):
     """Make a measurement of the benchmark."""

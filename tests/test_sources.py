@@ -41,6 +41,19 @@ SAME = {
     ),
     "form": CODE.replace("2 * x", "(2\n        * x)"),
 }
+PAGE = (
+    CODE
+    + """
+
+class Page:
+    stands = {1}
+    cannot = {2: "stands still"}
+    bin: float = setting("Bin width.", 0.02, gt=0)
+
+    def refuses(self):
+        yield "", "there is none"
+"""
+)
 OTHER = {
     "number": CODE.replace("2 * x", "3 * x"),
     "kind of number": CODE.replace("2 * x", "2.0 * x"),
@@ -61,6 +74,24 @@ def test_what_counts_of_a_file(tmp_path, change):
     before, after = map(source_of, paths)
     assert (before.digest == after.digest) == (change in SAME)
     assert file_of("dpd.errors") in before.imports
+
+
+def test_what_a_page_refuses_does_not_count(tmp_path):
+    """Nor what it stands, why not the rest, and how settings are worded; their defaults do."""
+    found = set()
+    changes = [("", ""), ("{1}", "{1, 3}"), ("still", "up"), ("none", "1"), ("Bin w", "W")]
+    for number, (old, new) in enumerate(changes):
+        path = tmp_path / f"{number}.py"
+        path.write_text(PAGE.replace(old, new) if old else PAGE)
+        found.add(source_of(path).digest)
+    assert len(found) == 1
+    for number in (2, 3):  # such names elsewhere are code as any other
+        path = tmp_path / f"cannot {number}.py"
+        path.write_text(f"def half():\n    cannot = {number}\n    return cannot\n")
+        found.add(source_of(path).digest)
+    assert len(found) == 3
+    path.write_text(PAGE.replace("0.02", "1"))
+    assert source_of(path).digest not in found
 
 
 def test_data_files_and_files_that_are_no_python(tmp_path):

@@ -1,8 +1,9 @@
 """Digests of source files: of some modules and of all that they import, and of a user's pages.
 
 Nothing is imported here to find that out: files are parsed. What counts of a file is its syntax
-tree without comments, docstrings, type hints of functions and line numbers. The folder of Numba's
-compiled kernels is named after such a digest as well: from the same tree it compiles the same code.
+tree without comments, docstrings, type hints of functions, descriptions of settings, what a page
+refuses and line numbers, so that a wording reruns nothing. The folder of Numba's compiled kernels
+is named after such a digest as well: from the same tree it compiles the same code.
 
 Snakemake compares rules, not the code that they call. A digest of the sources in a rule's
 ``params`` makes an edited kernel rerun simulations and an edited plot rerun plots only. The files
@@ -49,6 +50,13 @@ DECIDE_NOTHING = (
 COMPILER = "dpd.jit"  # what a module with kernels imports
 TEXT = re.compile(r"\w+\.\w+")  # that may name a file beside a module
 OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of records
+# Of a page: what it refuses or says, and what words its settings.
+REFUSES = (
+    "stands", "cannot", "refuses", "conflicts", "unknown", "untried", "notes", "example",
+    "controlled_pressure",
+)  # fmt: skip
+SETTINGS = ("setting", "interval_setting", "Field")
+WORDS = ("description", "unit", "of")
 
 
 class Source(NamedTuple):
@@ -201,7 +209,7 @@ def _parsed(path, text):
 
 
 class CodeAlone(ast.NodeTransformer):
-    """Leaves of a syntax tree what may change a number: no docstrings, nothing of type hints."""
+    """Leaves of a syntax tree what may change a number: no wording, nothing of type hints."""
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         """Whatever it is; of functions without their hints."""
@@ -213,6 +221,18 @@ class CodeAlone(ast.NodeTransformer):
             node.annotation = None
         return super().generic_visit(node)
 
+    def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
+        """But for what it refuses, and why."""
+        node.body = [each for each in node.body if not _refuses(each)]
+        return self.generic_visit(node)
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        """Of settings without their words."""
+        if getattr(node.func, "id", "") in SETTINGS:
+            del node.args[:1]
+            node.keywords = [each for each in node.keywords if each.arg not in WORDS]
+        return self.generic_visit(node)
+
     def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.AST | None:
         """But for modules that hints need."""
         return None if node.module in OF_HINTS else node
@@ -221,6 +241,12 @@ class CodeAlone(ast.NodeTransformer):
         """But for what only a checker of types reads."""
         is_for_checkers = getattr(node.test, "id", "") == "TYPE_CHECKING"
         return None if is_for_checkers else self.generic_visit(node)
+
+
+def _refuses(node):
+    """Whether a statement of a class says what may be asked of a page: no number hangs on that."""
+    of = node.targets[0] if isinstance(node, ast.Assign) else node
+    return getattr(of, "id", getattr(of, "name", "")) in REFUSES
 
 
 def _imported(node, path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import sys
 import traceback
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dpd.commands import CHECKPOINTS, THREADS, command, option, options_of, positive
-from dpd.digest import shortened
+from dpd.digest import ROOT, shortened
 from dpd.errors import FAILED, Stopped, UserError, suggestion
 
 if TYPE_CHECKING:
@@ -41,6 +42,15 @@ def plan(options: Namespace) -> None:
     if options.cores < 1:
         raise UserError(f"--cores: {options.cores} is out of range; allowed: >= 1")
     print(as_text(plan(papers, config["study"]), options.cores))
+
+
+@command()
+def bench(options: Namespace) -> None:
+    """Measure the engine's speed, beside LAMMPS if installed."""
+    if not (ROOT / "benchmarks" / "measure.py").is_file():
+        raise UserError("speed is measured in a clone of the repository: change into one")
+    sys.path.insert(0, str(ROOT))
+    importlib.import_module("benchmarks.measure").bench()
 
 
 @command(
