@@ -164,7 +164,7 @@ def test_a_trajectory_that_is_gone(tmp_path):
     before, frames = part.read_bytes(), trajectory.read_bytes()
     other = run(sampled(IN_PLANE | {"seed": 2}, 100), tmp_path / "other.nc")
     for left, words in (
-        (frames[:-1000], r"part\.gsd"),
+        (frames[: len(frames) // 2], r"part\.gsd"),
         (other.with_suffix(".gsd").read_bytes(), "not those that the run has"),
     ):
         trajectory.write_bytes(left)
