@@ -7,6 +7,7 @@
 
 import os
 import re
+import shlex
 import sys
 import time
 from pathlib import Path
@@ -62,6 +63,8 @@ REPORT = OUT.report(PAGE)
 VERDICTS = OUT.verdicts(PAGE)
 # See rules/report.smk.
 STAMPS = [OUT.log(f"{name}{PAGE}", kind="made") for name in ("verdicts", "report")]
+if not PAGE:  # a page of each paper as well
+    STAMPS += [OUT.log(f"report-{name}", kind="made") for name in REPORTED]
 
 
 wildcard_constraints:
@@ -96,6 +99,7 @@ localrules:
     collect,
     draw_figure,
     join_verdicts,
+    write_page,
     write_report,
     benchmark,
 

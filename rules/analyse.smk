@@ -17,6 +17,7 @@ rule collect:
         scenes=planned_digests,  # so that runs that were moved here are looked at when it changes
         runs=OUT.runs("{paper}", "{sweep}"),
         data=option("data"),
+    priority: lambda wildcards: priority(wildcards.paper, PAGES)
     wildcard_constraints:
         paper=only_before(SIMULATED),
     retries: 0
@@ -25,7 +26,7 @@ rule collect:
         " --runs {params.runs:q} {params.data:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
-# A sweep of theory: one job for all points, which take milliseconds each.
+# A sweep of theory: one job for all points, which take milliseconds to a second each.
 if CALCULATED:
 
     rule calculate:
@@ -37,6 +38,7 @@ if CALCULATED:
             study=STUDY,
             sources=lambda wildcards: stage_digest("calculate", calculations_file(wildcards.paper)),
             points=lambda wildcards: PAPERS[wildcards.paper].theory[wildcards.sweep].calculated_digest,
+        priority: lambda wildcards: priority(wildcards.paper, PAGES)
         wildcard_constraints:
             paper=only_before(CALCULATED),
         resources:

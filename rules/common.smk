@@ -80,9 +80,33 @@ def first_with_start(wildcards):
     raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
 
 
-def longest_first(wildcards):
-    """Priority of runs by their work, so that none is left to the end, where a core would wait."""
-    return 1 + round(max(scene.work for scene in scenes_of(wildcards)) / 1e6)
+PAGES, FIRST, KERNELS, RUNS = 4, 3, 2, 1  # what comes before what within a paper
+QUICKEST = {name: jobs.quickest(paper) for name, paper in PAPERS.items()}
+KERNELS_OF_QUICKEST = {
+    name: {kernels_name(p.scene) for sweep in QUICKEST[name] for p in paper.sweeps[sweep].points}
+    for name, paper in PAPERS.items()
+}
+
+
+def priority(paper, place, work=0):
+    """Papers come in their order, and within a paper what helps to see something soon.
+
+    That is figures and pages, then the figure that takes the least work, kernels, and runs.
+    """
+    return (len(PAPERS) - list(PAPERS).index(paper)) * 10**9 + place * 10**8 + round(work / 1e6)
+
+
+def priority_of_kernels(wildcards):
+    """Of compilation."""
+    soon = wildcards.kernels in KERNELS_OF_QUICKEST[wildcards.paper]
+    return priority(wildcards.paper, FIRST if soon else KERNELS)
+
+
+def priority_of_runs(wildcards):
+    """The longest run comes first, so that none is left to the end, where a core would wait."""
+    soon = wildcards.sweep in QUICKEST[wildcards.paper]
+    longest = max(scene.work for scene in scenes_of(wildcards))
+    return priority(wildcards.paper, FIRST if soon else RUNS, longest)
 
 
 def derived_from(wildcards):
@@ -114,6 +138,21 @@ def option(name):
         return [f"--{name}", *([files] if isinstance(files, str) else files)] if files else []
 
     return words
+
+
+def report_of(papers, page):
+    """The command that writes a page on some papers, from what is there."""
+    archived = [f"--archived={path}" for path in archived_verdicts()]
+    words = ["python", "-m", "dpd", "report", STUDY, *papers, "--results", OUT.folder, *archived]
+    return shlex.join([*words, "-o", page])
+
+
+def page_so_far(paper):
+    """What a figure of the report does in the end, for who watches it grow."""
+    if paper not in REPORTED:
+        return ""
+    recent = f"find {shlex.quote(REPORT)} -mmin -1 2>/dev/null"
+    return f'; [ -n "$({recent})" ] || {report_of(REPORTED, REPORT)} &> /dev/null || true'
 
 
 def figure_digest(wildcards):

@@ -26,12 +26,29 @@ rule write_report:
     log:
         OUT.log(f"report{PAGE}"),
     params:
-        study=STUDY,
-        papers=list(REPORTED),
         sources=stage_digest("report"),
-        results=lambda wildcards: OUT.folder,
-        archived=option("archived"),
+        command=report_of(REPORTED, REPORT),
     retries: 0
     shell:
-        "python -m dpd report {params.study:q} {params.papers:q} --results {params.results:q}"
-        " {params.archived:q} -o {output.page:q} 2>&1 | tee -i {log:q}"
+        "{params.command} 2>&1 | tee -i {log:q}"
+
+
+# A page on one paper, as soon as all of its figures are made.
+if not PAGE:
+
+    rule write_page:
+        input:
+            lambda wildcards: OUT.sources_of_page([REPORTED[wildcards.paper]]),
+            archived=archived_verdicts(),
+        output:
+            page=update(OUT.report("-{paper}")),
+            stamp=touch(OUT.log("report-{paper}", kind="made")),
+        log:
+            OUT.log("report-{paper}"),
+        params:
+            sources=stage_digest("report"),
+            command=lambda wildcards, output: report_of([wildcards.paper], output.page),
+        priority: lambda wildcards: priority(wildcards.paper, PAGES)
+        retries: 0
+        shell:
+            "{params.command} 2>&1 | tee -i {log:q}"

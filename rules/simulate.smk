@@ -7,7 +7,7 @@ rule compile_kernels:
         OUT.log("{paper}", "compiled", "{kernels}"),
     params:
         study=STUDY,
-    priority: 10**9  # before all runs, which wait for it
+    priority: priority_of_kernels
     resources:
         runtime=lambda wildcards, attempt: 20 * attempt,  # half a minute was measured
         mem_mb=lambda wildcards, attempt: 2000 * attempt,  # 537 were
@@ -30,7 +30,7 @@ rule make_start:
         sources=lambda wildcards: start_sources(first_with_start(wildcards)[1].scene),
         sweep=lambda wildcards: first_with_start(wildcards)[0],
         point=lambda wildcards: first_with_start(wildcards)[1].name,
-    priority: 10**8  # before the runs that wait for it
+    priority: lambda wildcards: priority(wildcards.paper, KERNELS)
     resources:
         runtime=lambda wildcards, attempt: jobs.minutes(
             [first_with_start(wildcards)[1].scene], attempt, LONGEST
@@ -68,7 +68,7 @@ rule simulate:
         derived=lambda wildcards: stage_digest("derive") if sweep_of(wildcards).derived else "",
         start=option("start"),
         data=option("data"),
-    priority: longest_first
+    priority: priority_of_runs
     threads: 1
     resources:
         runtime=lambda wildcards, attempt: jobs.minutes(scenes_of(wildcards), attempt, LONGEST),

@@ -1,6 +1,6 @@
 """What jobs ask a cluster for, and which runs share one."""
 
-from dpd.pipeline.jobs import RATE, batches, megabytes, minutes
+from dpd.pipeline.jobs import RATE, batches, megabytes, minutes, quickest
 from dpd.pipeline.paper import read_paper
 from dpd.scene.scene import Scene
 from tests.conftest import SCENE
@@ -34,3 +34,12 @@ def test_short_runs_share_a_job():
                 took = sum(point.scene.work for point in each) / RATE
                 assert len(each) == 1 or took <= seconds
     assert len(batches(sweep, 0)) == len(sweep.points)
+
+
+def test_the_figure_of_least_work_is_drawn_first():
+    """Of those that are simulated: the first to look at, while the others wait."""
+    paper = read_paper("groot_warren_1997", "quick")
+    sweeps = {name: sum(p.scene.work for p in each.points) for name, each in paper.sweeps.items()}
+    work = sum(sweeps[name] for name in quickest(paper))
+    others = (sum(map(sweeps.get, figure.sweeps)) for figure in paper.figures.values())
+    assert work == min(filter(None, others))

@@ -48,6 +48,16 @@ def megabytes(scenes: Sequence[Scene], attempt: int) -> int:
     return attempt * (PROCESSES + math.ceil(GENEROUS * BYTES_PER_BEAD * beads / 1e6))
 
 
+def quickest(paper: Paper) -> list[str]:
+    """The sweeps of that figure of a paper which takes the least work, if any are simulated."""
+
+    def work(sweeps):
+        return sum(point.scene.work for name in sweeps for point in paper.sweeps[name].points)
+
+    figures = ([s for s in each.sweeps if s in paper.sweeps] for each in paper.figures.values())
+    return min(filter(None, figures), key=work, default=[])
+
+
 def batches(sweep: Sweep, seconds: float) -> list[list[Point]]:
     """Points of a sweep, in their order, whose runs share a job.
 
