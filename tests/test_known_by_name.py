@@ -10,10 +10,10 @@ KEYS = {*names(Term), *names(Observable)}
 # What every scene has, its repulsion, thermostat and integrator, is known to all. The rest is to
 # become less: where a file knows a page that does not stand here, give pages a hook.
 KNOWN = {
-    "engine/external.py": {"walls"},  # arguments of kernels
-    "engine/pair.py": {"many_body"},
-    "engine/queries/bonds.py": {"crossings", "passes"},  # words of messages
-    "engine/queries/stress.py": {"bonds"},
+    "engine/beads.py": {"walls"},  # arguments of kernels
+    "engine/forces.py": {"many_body"},
+    "engine/crossings.py": {"crossings", "passes"},  # words of messages
+    "engine/stress.py": {"bonds"},
     "engine/step.py": {"bonds"},
     "pipeline/sweep.py": {"pressure"},  # variables of results
     "pipeline/status.py": {"pressure"},

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.engine.queries.pairs import density_waves
+from dpd.engine.neighbours import density_waves
 from dpd.errors import UserError
 from dpd.observe.density_field import grid_shape
 from dpd.observe.structure_factor import wave_numbers

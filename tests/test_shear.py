@@ -6,7 +6,7 @@ import xarray as xr
 
 import dpd
 from dpd.analysis.viscosity import viscosities, viscosity
-from dpd.engine.queries.bonds import crossing_bonds
+from dpd.engine.crossings import crossing_bonds
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import tilted
 from dpd.errors import UserError

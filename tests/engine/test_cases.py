@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.engine.queries.stress import force_and_curvature
+from dpd.engine.stress import force_and_curvature
 from dpd.jit import COMPILES
 from tests.engine.cases import CASES, SPLIT, beside, simulation_of
 from tests.engine.reference import flow_of

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from dpd.engine.queries.bonds import crossing_bonds, segments_meet
+from dpd.engine.crossings import crossing_bonds, segments_meet
 from dpd.engine.space import wrapped
 from dpd.errors import UserError
 from tests.systems import assert_pairs

@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
 from dpd.engine import integrate
-from dpd.engine.queries.pairs import pair_histogram, sorted_beads
+from dpd.engine.neighbours import pair_histogram, sorted_beads
 from dpd.engine.rows import axes_of, nearest_images, rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.space import (

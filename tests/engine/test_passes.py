@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
+from dpd.engine.crossings import passed_bonds
 from dpd.engine.loop import run
-from dpd.engine.queries.bonds import passed_bonds
 from dpd.engine.space import wrapped
 from dpd.scene.scene import Scene
 from tests.systems import assert_pairs, begun, by_identity, chains, values_of

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dpd.engine.loop import run
-from dpd.engine.queries.stress import Slices, virial_in_slices
 from dpd.engine.state import State
+from dpd.engine.stress import Slices, virial_in_slices
 from dpd.scene.scene import Scene
 from tests.engine.cases import CASES, stars
 from tests.engine.cases import system_of as placed

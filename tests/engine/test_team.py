@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from dpd.engine.cells import PHASES, make_blocks
 from dpd.engine.simulation import Unstable
+from dpd.engine.space import PHASES, make_blocks
 from dpd.engine.threads import BLOCKS, LINE
 from dpd.errors import UserError
 from tests.systems import (

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dpd.engine.bonded import angles_of, bonds_of
+from dpd.engine.forces import angles_of, bonds_of
 from dpd.physics.bond import BondLaw
 from dpd.physics.common.forces import bond_record, curvature_of_bond
 from dpd.physics.core import Core

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.pair import share_of_pair
+from dpd.engine.forces import share_of_pair
 from dpd.engine.rows import difference_along, flat, push_apart
 from dpd.engine.search import PAIRS_AT_ONCE
 from dpd.engine.threads import Share

@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.cells import IN_CELL, IN_ROW, SPARE, Cells, Grid, boxes_along
 from dpd.engine.rows import (
     LANES,
     lowest,
@@ -23,7 +22,7 @@ from dpd.engine.rows import (
     squared_distance,
     sum_to_column,
 )
-from dpd.engine.space import Slide
+from dpd.engine.space import IN_CELL, IN_ROW, SPARE, Cells, Grid, Slide, boxes_along
 from dpd.engine.threads import BLOCKS, next_task
 from dpd.jit import inlined
 

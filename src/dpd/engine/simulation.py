@@ -7,15 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dpd.engine.bonded import angles_of, bonds_of, buffers_of
-from dpd.engine.cells import cell_buffers, grid_of
-from dpd.engine.external import DEPTH, DRAG, near_buffers
+from dpd.engine.beads import DEPTH, DRAG, across_of, near_buffers, sampled_buffers
+from dpd.engine.forces import angles_of, bonds_of, buffers_of, cache_buffers
 from dpd.engine.integrate import row_edges, times_of
-from dpd.engine.pair import cache_buffers
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
-from dpd.engine.sampling import across_of, sampled_buffers
 from dpd.engine.search import line_buffers, list_buffers, pair_buffers
-from dpd.engine.space import edges_of, slide_of, tilted, unfolded, wrapped
+from dpd.engine.space import cell_buffers, edges_of, grid_of, slide_of, tilted, unfolded, wrapped
 from dpd.engine.state import Beads, State, Sums
 from dpd.engine.step import OF_CACHED, OF_LINE, OF_LIST, Own, Plan, Shared, Span, advance
 from dpd.engine.threads import new_team, started

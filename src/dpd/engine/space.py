@@ -1,13 +1,14 @@
-"""The periodic box, whose images may slide: edges, nearest images, and the boxes that beads cross.
+"""The periodic box, whose images may slide, and the cells that sort its beads.
 
-Here in NumPy, for who looks at beads between steps; for kernels in `dpd.engine.rows`.
+Edges, nearest images and the boxes that beads cross stand here in NumPy, for who looks at beads
+between steps; for kernels in `dpd.engine.rows`.
 
 Steady shear has the boundary conditions of Lees and Edwards (1972). Let x be the axis of the flow
 and y that of its gradient. The image above the box moves with the flow that is there, and the image
 below moves the other way. In a time they slide by g L_y times that time, with the rate g. At any
-moment the images form a lattice whose vector along the gradient is tilted, (s L_y, L_y). The
-*tilt* s lies between -1/2 and 1/2 of L_x / L_y, because a lattice that has slid by a whole edge is
-the same as before.
+moment the images form a lattice whose vector along the gradient is tilted, (s L_y, L_y). The *tilt*
+s lies between -1/2 and 1/2 of L_x / L_y, because a lattice that has slid by a whole edge is the
+same as before.
 
 A separation is brought to its nearest image in coordinates along the lattice, in which the box is
 upright: x' = x - s y. Cells are those of x' too. Along the flow they are longer by sqrt(1 + s^2) at
@@ -15,19 +16,30 @@ the largest tilt: two beads at a distance of 1 may differ by so much in x'.
 
 The slide is a whole number of 2^-64 of an edge for each step, so the tilt is an exact function of
 the number of the step. Positions are kept in the upright box.
+
+Cells sort beads so that neighbours in space are neighbours in memory. The last axis is the fastest:
+a row of cells along it is one piece of memory. The place of a cell in its row is called its level.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
+from itertools import product
+from math import hypot
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numba import int64, uint32, uint64
+
+from dpd.engine.rows import copy_row, rows_of
+from dpd.jit import inlined, inlined_exactly
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from dpd.physics.shear import Shear
+
 
 TURN = 2**64  # parts of an edge
 
@@ -142,3 +154,211 @@ def along_axes(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
 def _columns(array, box):
     """Edges of the box along the first axis of an array."""
     return np.array(box).reshape(-1, *[1] * (np.ndim(array) - 1))
+
+
+SPARE = 8  # so that loops over the cells of a row may go on to a whole number of vectors
+PHASES = 6  # of blocks, at most; threads count the tasks of each
+FEWEST = 4  # rows in a piece of a layer, if it is not a whole one
+ENOUGH_BLOCKS = 64  # for threads to share; with more to come, blocks get deeper instead
+IN_CELL, IN_ROW = 0, 1
+
+
+class Blocks(NamedTuple):
+    """Blocks of the rows of a grid, in order; no two blocks of a phase push the same bead."""
+
+    rows: np.ndarray  # (pieces, 2) int64: first row of each piece of a layer, and its end
+    piece: np.ndarray  # (blocks + 1,) int64: where the pieces of each block begin
+    phase: np.ndarray  # (phases + 1,) int64: where each phase begins, and the last ends
+
+
+class Grid(NamedTuple):
+    """Cells of a box, and which rows touch which."""
+
+    shape: tuple  # cells along each axis
+    # (rows, ahead) int64: first cell of each row itself and of half of those around it, the ones
+    # ahead: one in two dimensions, four in three
+    base: np.ndarray
+    # (rows * ahead, width): what brings beads of that row to the near side of a periodic boundary
+    shift: np.ndarray
+    blocks: Blocks  # of rows, for threads to share
+
+
+class Cells(NamedTuple):
+    """Where beads lie, before and after a sort."""
+
+    # (cells + 1 + `SPARE`,) uint32: first slot of each cell, and the end of the last; what follows
+    # may be read, not used
+    start: np.ndarray
+    level: np.ndarray  # (n,) uint32: level of each bead, sorted
+    # (n,) uint32: of each bead before the sort: its cell, its level, and the slot that it goes to
+    cell: np.ndarray
+    along: np.ndarray
+    place: np.ndarray
+    free: np.ndarray  # (threads, cells) uint32: where each thread puts its next bead of a cell
+    most: np.ndarray  # (2,) int64: most beads `IN_CELL` and `IN_ROW`
+
+
+def grid_of(box: Sequence[float], cutoff: float) -> Grid:
+    """The `Grid` with as many cells as fit with edges not below the cutoff, at any tilt."""
+    least, slide = [cutoff] * len(box), slide_of(box)
+    if slide is not None:
+        least[slide.flow] *= hypot(1.0, 0.5 * slide.ratio)
+    shape = tuple(max(1, int(edge / length)) for edge, length in zip(box, least))
+    return _grid(edges_of(box), shape)
+
+
+@lru_cache(maxsize=8)
+def _grid(box, shape):
+    """The same, of so many cells; cached, as observables ask for it again and again."""
+    across, edges = np.array(shape[:-1]), np.array(box[:-1])
+    here = np.array(list(product(*map(range, across))))
+    around = list(product((-1, 0, 1), repeat=len(across)))
+    there = here[:, None] + np.array([offset for offset in around if offset >= (0,) * len(across)])
+    shift = np.zeros((*there.shape[:2], len(box)))
+    shift[..., :-1] = edges * np.floor_divide(there, across)
+    row = np.ravel_multi_index(tuple(np.moveaxis(there % across, -1, 0)), tuple(across))
+    blocks = make_blocks(shape[0], len(row) // shape[0])
+    shift = rows_of(shift.reshape(-1, len(box)).T)
+    return Grid(shape, row.astype(np.int64) * shape[-1], shift, blocks)
+
+
+def make_blocks(layers: int, rows: int) -> Blocks:
+    """`Blocks` of so many layers of cells along the first axis, with so many rows in each.
+
+    Pairs of a row push beads of that row and the next in its layer, and of those and the one
+    before in the next layer. So blocks touch only neighbours in their layers and in the layers
+    on both sides. A phase takes every second slab of layers, and of a slab every second block; of
+    an odd number of slabs the last, which touches the first, comes alone in the end.
+
+    A layer is cut into as many as four pieces, for threads to have about as much to do whatever
+    the number of layers; not into more, as the neighbours of a piece are fetched along with it.
+    A slab is one layer until there are blocks enough. Of a large system it is more, and a bead
+    that comes as a neighbour comes as one of the next layer while it is still in cache.
+    """
+    pieces = 4 if rows >= 4 * FEWEST else 2 if rows >= 2 * FEWEST else 1
+    deep = max(1, layers * pieces // ENOUGH_BLOCKS)
+    slabs = layers if deep == 1 else layers // deep // 2 * 2
+    across, along = (n * np.arange(m + 1) // m for n, m in ((layers, slabs), (rows, pieces)))
+    paired = slabs // 2 * 2
+    found, piece, phase = [], [0], [0]
+    for turn in (range(0, paired, 2), range(1, paired, 2), range(paired, slabs)):
+        for side in (0, 1):
+            for slab, p in product(turn, range(side, pieces, 2)):
+                found += [z * rows + along[p : p + 2] for z in range(*across[slab : slab + 2])]
+                piece.append(len(found))
+            if len(piece) - 1 > phase[-1]:
+                phase.append(len(piece) - 1)
+    return Blocks(*(np.array(numbers, np.int64) for numbers in (found, piece, phase)))
+
+
+def cell_buffers(grid: Grid, beads: int, threads: int) -> Cells:
+    """`Cells` to be filled by a sort."""
+    cells = int(np.prod(grid.shape))
+    level, cell, along, place = (np.empty(beads, np.uint32) for _ in range(4))
+    return Cells(
+        np.empty(cells + 1 + SPARE, np.uint32),
+        level, cell, along, place,
+        np.empty((threads, cells), np.uint32),
+        np.empty(2, np.int64),
+    )  # fmt: skip
+
+
+@inlined_exactly()
+def boxes_along(x, i, edges, slide):
+    """Boxes along the flow between bead i and its image in the tilted cell, 0 <= x' < L_x."""
+    along = x[i, slide.flow] - slide.tilt[0] * x[i, slide.gradient]
+    return np.floor(along / edges[slide.flow])
+
+
+@inlined_exactly()
+def along_lattice(x, i, k, edges, slide):
+    """Place of bead i along axis k of the lattice, in the box."""
+    if k != slide.flow:
+        return x[i, k]
+    along = x[i, k] - slide.tilt[0] * x[i, slide.gradient]
+    return along - edges[k] * boxes_along(x, i, edges, slide)
+
+
+@inlined_exactly()
+def cell_of(x, i, edges, shape, slide):
+    """Number of the cell that holds bead i, and its level.
+
+    Rounded as written: left free, two copies of the code put a bead on a boundary in two cells.
+    """
+    cell, along = 0, 0
+    for k in range(len(edges)):
+        if slide is None:  # asked here, else the compiler does not unroll the loop
+            place = x[i, k]
+        else:
+            place = along_lattice(x, i, k, edges, slide)
+        along = min(int(place * (shape[k] / edges[k])), shape[k] - 1)
+        cell = cell * shape[k] + along
+    return cell, along
+
+
+@inlined()
+def count_cells(x, mine, cell, along, count, edges, shape, slide):
+    """Find the cells of a thread's share of the beads, and count them."""
+    for c in range(count.shape[0]):
+        count[c] = uint32(0)
+    for i in range(mine.first, mine.end):
+        number, level = cell_of(x, i, edges, shape, slide)
+        cell[i] = uint32(number)
+        along[i] = uint32(level)
+    for i in range(mine.first, mine.end):
+        count[cell[i]] += uint32(1)
+
+
+@inlined()
+def share_cells(start, free, most, levels):
+    """Turn each thread's counts into where its beads go: after those of threads before it."""
+    total, in_cell, in_row = uint32(0), uint32(0), uint32(0)
+    for row in range(uint64(0), uint64(free.shape[1]), uint64(levels)):
+        before = total
+        for c in range(row, uint64(row + uint64(levels))):
+            start[c] = total
+            for rank in range(free.shape[0]):
+                count = free[rank, c]
+                free[rank, c] = total
+                total = uint32(total + count)
+            in_cell = max(in_cell, uint32(total - start[c]))
+        in_row = max(in_row, uint32(total - before))
+    start[free.shape[1]] = total
+    most[IN_CELL] = int64(in_cell)
+    most[IN_ROW] = int64(in_row)
+
+
+@inlined()
+def find_places(place, level, mine, cell, along, free):
+    """Find where each of a thread's beads goes, and note the level of what is there then.
+
+    The sort is stable, so the order of storage and of sums follows from the state alone.
+    """
+    for i in range(mine.first, mine.end):
+        s = free[cell[i]]
+        free[cell[i]] = uint32(s + uint32(1))
+        place[i] = s
+        level[s] = along[i]
+
+
+@inlined()
+def move_beads(source, target, mine, place, edges):
+    """Copy a thread's share of two `Beads` to their places."""
+    move_rows(source.position, target.position, mine, place, edges)
+    move_rows(source.velocity, target.velocity, mine, place, edges)
+    move_rows(source.predicted, target.predicted, mine, place, edges)
+    move_numbers(source.identity, target.identity, mine, place)
+    move_numbers(source.species, target.species, mine, place)
+    move_numbers(source.peculiar, target.peculiar, mine, place)
+
+
+@inlined(given="source")
+def move_rows(source, target, mine, place, edges):
+    for i in range(mine.first, mine.end):
+        copy_row(target, place[i], source, i, edges)
+
+
+@inlined(given="source")
+def move_numbers(source, target, mine, place):
+    for i in range(mine.first, mine.end):
+        target[place[i]] = source[i]

@@ -44,10 +44,10 @@ class Sums(NamedTuple):
 
     step: np.ndarray  # (samples,) int64
     volume: np.ndarray  # (samples,): of the box at that step, see `dpd.engine.simulation.Snapshot`
-    # (samples, cells): beads in each cell across a flow, see `dpd.engine.sampling.Across`
+    # (samples, cells): beads in each cell across a flow, see `dpd.engine.beads.Across`
     beads: np.ndarray
     # (samples, cells, q, q): the sum of m w w over the beads of a cell, with w = (v, 1, s): see
-    # `dpd.engine.sampling.add_moments`
+    # `dpd.engine.beads.add_moments`
     moments: np.ndarray
     # (samples, 2, dimension, dimension): sum over pairs, bonds and angles of r_ij F_ij: of the
     # `CONSERVATIVE` and of `ALL_FORCES`. None where forces are not measured, as what follows.
@@ -108,7 +108,7 @@ class System:
     # held by a box that changes, which is then part of the `State`
     pressure: Pressure | None = None
     # axes across which a flow changes, each with the largest thickness of layers in which sums over
-    # beads are kept apart, see `dpd.engine.sampling`; none in a fluid at rest
+    # beads are kept apart, see `dpd.engine.beads`; none in a fluid at rest
     flow: tuple[tuple[int, float], ...] = ()
 
     @property

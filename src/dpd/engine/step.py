@@ -25,15 +25,32 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.bonded import Arms, Bonded, add_angles, add_bonds, find_slots
-from dpd.engine.cells import Cells, Grid, count_cells, find_places, move_beads, share_cells
-from dpd.engine.external import (
+from dpd.engine.beads import (
+    Across,
     Near,
+    Sampled,
     add_bath,
     add_body_force,
+    add_up_beads,
     add_walls,
+    move_sums,
     renew_bath,
     renew_wall_friction,
+)
+from dpd.engine.forces import (
+    Arms,
+    Bonded,
+    Cached,
+    add_angles,
+    add_bonds,
+    add_densities,
+    add_pair_forces,
+    cache_pairs,
+    close_phase,
+    find_slots,
+    gather_crowds,
+    gather_friction,
+    measure_pairs,
 )
 from dpd.engine.integrate import (
     Lost,
@@ -49,18 +66,7 @@ from dpd.engine.integrate import (
     second_half,
     slide_to,
 )
-from dpd.engine.pair import (
-    Cached,
-    add_densities,
-    add_pair_forces,
-    cache_pairs,
-    close_phase,
-    gather_crowds,
-    gather_friction,
-    measure_pairs,
-)
 from dpd.engine.rows import copy_row
-from dpd.engine.sampling import Across, Sampled, add_up_beads, move_sums
 from dpd.engine.search import (
     Line,
     Listed,
@@ -73,7 +79,7 @@ from dpd.engine.search import (
     next_pairs,
     place_of_piece,
 )
-from dpd.engine.space import Slide
+from dpd.engine.space import Cells, Grid, Slide, count_cells, find_places, move_beads, share_cells
 from dpd.engine.threads import BATCHES, BLOCKS, barrier, new_round, next_task, share_of
 from dpd.jit import inlined, kernel
 from dpd.physics.common.forces import Forces

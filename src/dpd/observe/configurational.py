@@ -25,7 +25,7 @@ class Configurational(Observable, key="configurational"):
     }
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.stress import force_and_curvature
+        from dpd.engine.stress import force_and_curvature
 
         square, curvature = force_and_curvature(replace(now.system, box=now.lattice), now.state)
         return {"force_square": square / now.beads, "curvature": curvature / now.beads}

@@ -28,7 +28,7 @@ class Crossings(Observable, key="crossings"):
         return {"pairs": np.full(MOST * len(scene.bonded), -1, np.int64)}  # by number; -1 for none
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.bonds import crossing_bonds
+        from dpd.engine.crossings import crossing_bonds
 
         members, former = now.scene.bonded, now.kept["pairs"]
         one, other = crossing_bonds(now.coordinates, members, now.lattice)

@@ -47,7 +47,7 @@ class Displacement(Observable, key="displacement"):
         return np.concatenate([inner, centres(now, moved)[:, None]], axis=1)
 
     def compare(self, now: np.ndarray, then: np.ndarray) -> np.ndarray:
-        from dpd.engine.queries.pairs import squared_displacements
+        from dpd.engine.neighbours import squared_displacements
 
         found = squared_displacements(now, then)
         if found.shape[1] < 3:  # one for both, or one for each

@@ -32,7 +32,7 @@ class Mixing(Observable, key="mixing"):
         return {"unlike_pair": species_pairs(scene, combinations(range(len(scene.species)), 2))}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.pairs import near_by_species
+        from dpd.engine.neighbours import near_by_species
 
         number = np.bincount(now.scene.kinds, minlength=len(now.scene.species)).astype(float)
         by_lot = 2 * np.outer(number, number) / (now.beads * (now.beads - 1))

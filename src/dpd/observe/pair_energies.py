@@ -26,7 +26,7 @@ class PairEnergies(Observable, key="pair_energies"):
         return {"energy_pair": species_pairs(scene, pairs)}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.pairs import near_by_species
+        from dpd.engine.neighbours import near_by_species
 
         repulsion = now.scene.repulsion
         squares = near_by_species(now.state, now.lattice, len(repulsion))[1]

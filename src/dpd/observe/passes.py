@@ -29,7 +29,7 @@ class Passes(Observable, key="passes"):
         return {"last": np.zeros((scene.dimension, scene.beads))}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.bonds import passed_bonds
+        from dpd.engine.crossings import passed_bonds
 
         # What passes does so in any box, so all are taken in the one that the run began with.
         box, last = now.system.box, now.kept["last"]

@@ -78,7 +78,7 @@ class RadialDistribution(Binned, key="rdf"):
         return {pair: count for pair, count in found.items() if count}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.pairs import pair_histogram
+        from dpd.engine.neighbours import pair_histogram
 
         smallest, edges, scene = min(now.box), self.edges, now.scene
         if self.range > smallest / 2:

@@ -13,7 +13,7 @@ class StressProfile(Layered, key="stress_profile"):
     The pressure tensor of conservative forces, as `thermo` has it, is divided among the slices: the
     kinetic part of a bead belongs to the slice that it is in, and what a pair adds is spread evenly
     along the straight line between its beads (Irving and Kirkwood 1950). Bonds are pairs, and
-    angles act along their two bonds (`dpd.engine.queries.stress.virial_in_slices`). The mean over
+    angles act along their two bonds (`dpd.engine.stress.virial_in_slices`). The mean over
     all slices is the tensor of the box. Tangential is the mean over the other axes.
 
     Where a fluid is at rest, its normal pressure is the same everywhere. Between walls across the
@@ -40,7 +40,7 @@ class StressProfile(Layered, key="stress_profile"):
         return found
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.stress import Slices, virial_in_slices, wall_virial_in_slices
+        from dpd.engine.stress import Slices, virial_in_slices, wall_virial_in_slices
 
         system, layers = replace(now.system, box=now.lattice), self.layers(now.scene)
         slices = Slices(layers.axis, layers.count, *layers.bounds(now))

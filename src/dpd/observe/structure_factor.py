@@ -109,7 +109,7 @@ class StructureFactor(Observable, key="structure_factor"):
             yield "max", f"{text}; allowed: <= {allowed} vectors. Take a smaller max"
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.queries.pairs import density_waves
+        from dpd.engine.neighbours import density_waves
 
         scene, (shell, members) = now.scene, self.shells(now.scene)
         counts = np.bincount(scene.kinds, minlength=len(scene.species))

@@ -70,7 +70,7 @@ class Thermo(Observable, key="thermo"):
         return found if self.pressure else {n: found[n] for n in WITHOUT_FORCES if n in found}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.external import ENERGY
+        from dpd.engine.beads import ENERGY
         from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS, OF_PAIRS
 
         system, sums, d = now.system, now.sums, now.system.dimension

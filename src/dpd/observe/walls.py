@@ -33,7 +33,7 @@ class WallForces(Observable, key="walls"):
         return True
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.external import DRAG, PUSH
+        from dpd.engine.beads import DRAG, PUSH
 
         extent = now.system.extent
         area = np.repeat([now.system.volume / extent[axis] for axis in now.scene.ended], 2)

@@ -16,7 +16,7 @@ import numpy as np
 from dpd.analysis.statistics import mean_and_error
 from dpd.digest import value_digest
 from dpd.engine.loop import advance_looking
-from dpd.engine.queries.pairs import pair_histogram
+from dpd.engine.neighbours import pair_histogram
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.engine.state import CONSERVATIVE, State
 from dpd.errors import UserError

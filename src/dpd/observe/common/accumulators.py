@@ -149,7 +149,7 @@ class MultipleTau:
             self._compare(level, taken, sample, compare)
 
     def _compare(self, level, taken, sample, compare):
-        from dpd.engine.queries.pairs import add_lags
+        from dpd.engine.neighbours import add_lags
 
         arrays, number = self.arrays, taken // COARSER**level
         kept, part = arrays["earlier"][level], taken // int(arrays["part_each"][0])

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from dpd.engine.crossings import crossing_bonds, segments_meet
 from dpd.engine.loop import advance_looking
-from dpd.engine.queries.bonds import crossing_bonds, segments_meet
 from dpd.engine.rows import nearest_image
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import edges_of, nearest

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dpd.engine.queries.pairs import SMALLEST_CELL, sorted_beads
+from dpd.engine.neighbours import SMALLEST_CELL, sorted_beads
 from dpd.engine.rows import nearest_image, rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.space import edges_of, nearest, wrapped

@@ -6,11 +6,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dpd.engine.bonded import (
+from dpd.engine.beads import add_wall_curvature
+from dpd.engine.forces import (
+    CLOSEST,
     Arms,
     Bonded,
     add_angles,
     add_bonds,
+    add_densities,
     angle_curvature,
     angles_of,
     bond_curvature,
@@ -18,13 +21,13 @@ from dpd.engine.bonded import (
     buffers_of,
     find_slots,
     gather,
+    gather_crowds,
     length,
+    of_pair,
     opening,
 )
-from dpd.engine.external import add_wall_curvature
 from dpd.engine.integrate import of_bead
-from dpd.engine.pair import CLOSEST, add_densities, gather_crowds, of_pair
-from dpd.engine.queries.pairs import Sorted, sorted_beads
+from dpd.engine.neighbours import Sorted, sorted_beads
 from dpd.engine.rows import push_apart, rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.threads import Share

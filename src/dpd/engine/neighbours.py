@@ -6,14 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from dpd.engine.cells import (
-    cell_buffers,
-    count_cells,
-    find_places,
-    grid_of,
-    move_rows,
-    share_cells,
-)
 from dpd.engine.rows import empty_rows, rows_of
 from dpd.engine.search import (
     Search,
@@ -23,7 +15,16 @@ from dpd.engine.search import (
     next_pairs,
     pair_buffers,
 )
-from dpd.engine.space import edges_of, slide_of
+from dpd.engine.space import (
+    cell_buffers,
+    count_cells,
+    edges_of,
+    find_places,
+    grid_of,
+    move_rows,
+    share_cells,
+    slide_of,
+)
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
 

@@ -1,1 +1,0 @@
-"""What observers ask of all beads and pairs: distances, stress, waves, bonds that cross or pass."""
