@@ -10,8 +10,8 @@ from benchmarks.timing import TURNS, in_turns, labelled, seconds_of, simulation_
 from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import ALL_FORCES, State
+from dpd.observe.common.bins import ThermalMotion
 from dpd.observe.common.measured import observables
-from dpd.observe.common.snapshot import ThermalMotion
 from dpd.scene.scene import Scene
 from dpd.start.common.make import system_of
 

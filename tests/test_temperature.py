@@ -6,7 +6,7 @@ import pytest
 import dpd
 from dpd.engine.simulation import Snapshot
 from dpd.engine.state import State
-from dpd.observe.common.snapshot import ThermalMotion
+from dpd.observe.common.bins import ThermalMotion
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
