@@ -2,28 +2,29 @@ from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Observable, interval_setting
+from dpd.page import MOST_STEPS, Change, Observable, setting
 
 
 class Passes(Observable, key="passes"):
     """Number of pairs of bonds that passed through each other since the sample before.
 
-    A sample takes as long as two or three steps of a melt, and more of a run than others do:
-    between two of them a bead should move far less than a bond. In a melt of a 25 looks 0.02, 0.1,
-    0.2 and 0.4 tau apart count 1853, 1814, 1728 and 1546 passes of the same run.
+    No interval is both right and cheap, so a scene says it: a sample takes as long as several steps
+    of a melt, and between two of them a bead should move far less than a bond. In a melt of a 25
+    looks 0.02, 0.1, 0.2 and 0.4 tau apart count 1853, 1814, 1728 and 1546 passes of the same run.
     """
 
     stands = frozenset(Change)
     cannot = {
         Change.SLIDES: "takes beads to move in straight lines, and a flow carries them past others"
     }
-    interval, dimensions, needs_bonds = 0.1, (3,), True
+    dimensions, needs_bonds = (3,), True
     over = {"sample": ("pass_sample", "pass_time")}
     gives = {"passes": (("sample",), "1", "bonds passed through since the sample before")}
 
-    every: int = interval_setting(
-        "Steps between samples, between which beads are taken to move in straight lines."
-    )
+    every: int = setting(
+        "Steps between samples, between which beads are taken to move in straight lines: in a melt "
+        "those of 0.1 tau or fewer.", ge=1, le=MOST_STEPS,
+    )  # fmt: skip
 
     def keeps(self, scene: Any) -> Any:
         return {"last": np.zeros((scene.dimension, scene.beads))}

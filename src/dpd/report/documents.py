@@ -216,7 +216,7 @@ def run_table() -> str:
 
 def _scene(observable, more=(), **settings):
     """The first of some scenes that an observable can look at."""
-    asked = dict(more) | {"observe": [{observable: settings}]}
+    asked = dict(more) | {"observe": [{observable: {"every": 10} | settings}]}
     for base in (FLUID, PLANE):
         with suppress(UserError):
             return Scene(base | asked, "example")
