@@ -18,6 +18,12 @@ BATCHES = {
     for name, paper in PAPERS.items()
     for sweep in paper.sweeps.values()
 }
+STARTS = {}
+for name, paper in PAPERS.items():
+    for sweep in paper.sweeps.values():
+        for point in sweep.points:
+            if start_is_shared(point.scene):
+                STARTS.setdefault((name, start_digest(point.scene)), (sweep.name, point))
 
 
 def sweep_of(wildcards):
@@ -73,11 +79,9 @@ def start_of_runs(wildcards):
 
 def first_with_start(wildcards):
     """Sweep and point that a start is made for: the first that needs it."""
-    for sweep in PAPERS[wildcards.paper].sweeps.values():
-        for point in sweep.points:
-            if start_is_shared(point.scene) and start_digest(point.scene) == wildcards.start:
-                return sweep.name, point
-    raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
+    if (wildcards.paper, wildcards.start) not in STARTS:
+        raise WorkflowError(f"no point of {wildcards.paper} starts from {wildcards.start}")
+    return STARTS[wildcards.paper, wildcards.start]
 
 
 PAGES, FIRST, KERNELS, RUNS = 4, 3, 2, 1  # what comes before what within a paper
