@@ -12,19 +12,18 @@ function below it once, and is optimised and emitted as a whole. Nor do they cou
 array, which cost 5 % of the time of a step: what Python passes to a kernel lives until it returns.
 """
 
-from __future__ import annotations
-
 import gc
 import inspect
 import os
 import stat
 import sys
 import warnings
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial, wraps
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dpd.digest import cache_folder, text_digest
 from dpd.sources import kernel_digest
@@ -46,15 +45,11 @@ from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_machinery import PassManager
+from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic, overload
 
 from dpd.errors import reason
 from dpd.page import PARTS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numba.core.dispatcher import Dispatcher
 
 # Numba looks for SciPy's linear algebra when it loads the first kernel, which takes 0.2 s of the
 # 0.7 to a first step, and goes without where there is none. No kernel here needs it.

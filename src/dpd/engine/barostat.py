@@ -4,24 +4,18 @@
 every so many of them, not to calls: however a run is cut into calls, it has the same bits.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dpd.engine.space import wrapped
-from dpd.engine.state import CONSERVATIVE, Sums
+from dpd.engine.state import CONSERVATIVE, State, Sums, System
 from dpd.errors import UserError
 from dpd.physics.pressure import Look, Pressure, draw
 
-if TYPE_CHECKING:
-    from dpd.engine.state import State, System
-
-    Box = tuple[float, ...]
-
+Box = tuple[float, ...]
 CUTOFF = 1.0
 MOST_TIMES = 10.0  # larger or smaller than the box of the system a box may become
 

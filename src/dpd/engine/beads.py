@@ -3,9 +3,7 @@
 Each thread has its own beads.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import uint32
@@ -13,14 +11,11 @@ from numba import uint32
 from dpd.engine.integrate import of_bead, of_bead_or_one
 from dpd.engine.rows import flat
 from dpd.engine.search import PAIRS_AT_ONCE
+from dpd.engine.state import System
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
 from dpd.physics.common.forces import curvature, drag, energy, force, random, weight
 from dpd.physics.common.noise import gaussian_noise, uniform_noise
-
-if TYPE_CHECKING:
-    from dpd.engine.state import System
-
 
 # The noise of a bead is that of a pair with a partner that no bead is: another one for each axis of
 # a bath, and for each wall and axis.

@@ -1,8 +1,7 @@
 """Bonds that cross in two dimensions, or pass through each other in three."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,9 +11,6 @@ from dpd.engine.search import first_place, next_pairs
 from dpd.engine.space import edges_of, nearest, wrapped
 from dpd.errors import UserError
 from dpd.jit import inlined, kernel
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
 
 ROOM = 1024  # pairs found, at first
 SLACK = 1e-9  # in r_c and relative, so that bonds which only touch end to end are looked at

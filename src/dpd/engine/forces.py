@@ -10,22 +10,16 @@ angles: the thread that works on its bonds goes on with its angles, and no other
 beads meanwhile.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import uint32, uint64
 
 from dpd.engine.rows import difference_along, nearest_images, push_apart
-from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS, OF_PAIRS
+from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS, OF_PAIRS, System
 from dpd.jit import inlined
 from dpd.physics.common.forces import curvature, energy, force, force_over_r, law_of, weight
 from dpd.physics.common.noise import gaussian_noise, uniform_noise
-
-if TYPE_CHECKING:
-    from dpd.engine.state import System
-
 
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import reduce
 from pathlib import Path
@@ -15,15 +16,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dpd.engine.state import State
+from dpd.engine.state import State, System
 from dpd.errors import LostRun, Stopped, UserError, reason
 from dpd.files import draft_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
     from dpd.engine.simulation import Simulation
-    from dpd.engine.state import System
 
 LONGEST_CALL = 500  # steps between looks at the clock,
 MOST_WORK = 20_000_000  # and bead-steps: two seconds of a large system

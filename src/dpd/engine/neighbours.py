@@ -1,8 +1,7 @@
 """Pairs of beads for measurements, found with any cutoff; density waves, and displacements."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,13 +24,9 @@ from dpd.engine.space import (
     share_cells,
     slide_of,
 )
+from dpd.engine.state import State
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from dpd.engine.state import State
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
 CUTOFF = 1.0

@@ -5,8 +5,6 @@ stores a row at once is written out in LLVM's own instructions, with what runs u
 NUMBA_DISABLE_JIT=1 before it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -70,15 +68,7 @@ def _column(context, builder, array_type, array, p, dimension):
     ]
 
 
-def _lane(k):
-    return ir.Constant(ir.IntType(32), k)
-
-
-def _flat(rows):
-    return rows.reshape(-1)
-
-
-@intrinsic_for(_flat)
+@intrinsic_for(lambda rows: rows.reshape(-1))
 def flat(typing, rows):
     """All entries of an array of rows, one after the other."""
     one_axis = types.Array(rows.dtype, 1, "C")
@@ -132,7 +122,7 @@ def sum_to_column(typing, target, p, source, i, shift, m, edges):
         total = builder.fadd(row, by)
         column = _column(context, builder, target, target_array, p, len(edges))
         for k, entry in enumerate(column):
-            builder.store(builder.extract_element(total, _lane(k)), entry)
+            builder.store(builder.extract_element(total, cgutils.int32_t(k)), entry)
         return context.get_dummy_value()
 
     return types.none(target, p, source, i, shift, m, edges), code
@@ -158,7 +148,7 @@ def difference_along(typing, rows, i, j, along, p, edges):
         total = ir.Constant(ir.DoubleType(), 0.0)
         column = _column(context, builder, along, along_array, p, len(edges))
         for k, entry in enumerate(column):
-            component = builder.extract_element(apart, _lane(k))
+            component = builder.extract_element(apart, cgutils.int32_t(k))
             product = builder.fmul(component, builder.load(entry), flags=["contract"])
             total = builder.fadd(total, product, flags=["contract", "nsz"])
         return total
@@ -183,7 +173,7 @@ def push_apart(typing, force, i, j, scale, along, p, edges):
         column = _column(context, builder, along, along_array, p, len(edges))
         for k, entry in enumerate(column):
             component = builder.fmul(scale, builder.load(entry))
-            push = builder.insert_element(push, component, _lane(k))
+            push = builder.insert_element(push, component, cgutils.int32_t(k))
         for place, change in ((i, builder.fadd), (j, builder.fsub)):
             row = _row(context, builder, force, array, place, vector)
             builder.store(change(builder.load(row, align=8), push), row, align=8)
@@ -192,11 +182,7 @@ def push_apart(typing, force, i, j, scale, along, p, edges):
     return types.none(force, i, j, scale, along, p, edges), code
 
 
-def _popcount(word):
-    return np.uint64(int(word).bit_count())
-
-
-@intrinsic_for(_popcount)
+@intrinsic_for(lambda word: np.uint64(int(word).bit_count()))
 def popcount(typing, word):
     """Number of bits that are set."""
 
@@ -206,11 +192,7 @@ def popcount(typing, word):
     return word(word), code
 
 
-def _lowest(word):
-    return np.uint64((int(word) & -int(word)).bit_length() - 1 if word else 64)
-
-
-@intrinsic_for(_lowest)
+@intrinsic_for(lambda word: np.uint64((int(word) & -int(word)).bit_length() - 1 if word else 64))
 def lowest(typing, word):
     """Place of the lowest bit that is set; 64 if none is."""
 
@@ -242,8 +224,9 @@ def near(typing, position, edges, place, first, limit):
         lanes = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
 
         def all_lanes(value):
-            one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, _lane(0))
-            return builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), lanes)
+            free = ir.Constant(vector, ir.Undefined)
+            one = builder.insert_element(free, value, cgutils.int32_t(0))
+            return builder.shuffle_vector(one, free, lanes)
 
         def pointer(k, at):
             index = [ir.Constant(at.type, k), at]

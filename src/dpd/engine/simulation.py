@@ -1,9 +1,8 @@
 """A system in motion."""
 
-from __future__ import annotations
-
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +12,10 @@ from dpd.engine.integrate import row_edges, times_of
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
 from dpd.engine.search import line_buffers, list_buffers, pair_buffers
 from dpd.engine.space import cell_buffers, edges_of, grid_of, slide_of, tilted, unfolded, wrapped
-from dpd.engine.state import Beads, State, Sums
+from dpd.engine.state import Beads, State, Sums, System
 from dpd.engine.step import OF_CACHED, OF_LINE, OF_LIST, Own, Plan, Shared, Span, advance
 from dpd.engine.threads import new_team, started
 from dpd.errors import LostRun, UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from dpd.engine.state import System
 
 CUTOFF = 1.0
 SPARE_ROOM = 2.0  # times what buffers were too small for

@@ -23,6 +23,7 @@ a row of cells along it is one piece of memory. The place of a cell in its row i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import product
@@ -36,8 +37,6 @@ from dpd.engine.rows import copy_row, rows_of
 from dpd.jit import inlined, inlined_exactly
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from dpd.physics.shear import Shear
 
 

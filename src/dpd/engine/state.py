@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,8 +12,6 @@ from dpd.physics.common.forces import Forces
 from dpd.physics.thermostat import Friction
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from dpd.physics.body_force import BodyForce
     from dpd.physics.core import Core
     from dpd.physics.integrator import Scheme

@@ -1,8 +1,6 @@
 """Conservative forces: where in a box their virial lies, and the curvature of their potential."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,12 +28,10 @@ from dpd.engine.integrate import of_bead
 from dpd.engine.neighbours import Sorted, sorted_beads
 from dpd.engine.rows import push_apart, rows_of
 from dpd.engine.search import first_place, next_pairs
+from dpd.engine.state import State, System
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
 from dpd.physics.common.forces import curvature, force, force_over_r, law_of, slope
-
-if TYPE_CHECKING:
-    from dpd.engine.state import State, System
 
 NORMAL, TANGENTIAL = 0, 1
 SHORTEST = 1e-12  # slices that a line has to cross to be cut: below it lies in one slice

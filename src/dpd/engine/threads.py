@@ -6,8 +6,6 @@ depend on who does it, so the bits are the same for any team. (Numba's parallel 
 apart from serial ones and round differently.)
 """
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 from typing import NamedTuple
