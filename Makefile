@@ -2,7 +2,8 @@
 # make resume the same after Snakemake was killed
 # make test   set up, and pass the tests: each promise, with a few of its cases; what steps beside
 #             the plain reference is passed without the compiler
-# make look   four pictures of the quick study's report, wide and narrow, light and dark
+# make look   the quick study's report in Debian's chromium, wide and narrow, light and dark: checks, and
+#             four pictures in results/look
 # make thorough  pass the others: all cases, long statistics, the whole smoke study
 PYTHON ?= python3
 TESTS = .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
@@ -22,6 +23,7 @@ thorough: .venv/ready
 	$(TESTS) -m thorough
 
 look: .venv/ready
+	.venv/bin/python -m pip install --quiet $$(sed -n 's/^# `make look` installs: //p' requirements.txt)
 	.venv/bin/python tests/look.py results/quick/report.html
 
 .venv/ready: requirements.txt pyproject.toml
