@@ -100,7 +100,7 @@ def test_names_of_several_letters_stand_apart():
     }
     line = sweep_line(swept(scene, set=["one"]))
     assert "= 25, a_(Na+ tail) = a_(W1 tail) = 40 kT" in line
-    assert "masses m_(Na+) = 1, m_(W1) = 2, m_(tail) = 1" in line
+    assert "masses m_(Na+) = m_(tail) = 1, m_(W1) = 2" in line
     assert str(typeset("a_(Na+ W1) = 25")) == "<i>a</i><sub>Na+ W1</sub> = 25"
     assert str(typeset("gamma_(W1 W1)")) == "γ<sub>W1 W1</sub>"
 

@@ -15,6 +15,7 @@ from dpd import __version__
 from dpd.analysis.collect import RECORDED
 from dpd.commands.main import new_parser
 from dpd.digest import PACKAGE, ROOT
+from dpd.page import Observable, names
 from dpd.pipeline.paper import read_config
 from dpd.pipeline.paths import Results
 from dpd.report import archive, documents
@@ -116,6 +117,7 @@ def test_the_python_of_the_readme_asks_for_what_the_scene_observes():
     observed = Scene.read(PACKAGE / "scenes" / "fluid.yaml").observe
     rows = re.findall(r"^\| `(\w+)` \| `(\w+)` \| [^|]+ \| [^|]+ \|", run_table(), re.M)
     assert asked and asked <= {variable for name, variable in rows if name in observed}
+    assert {name for name, _ in rows} == {*names(Observable)} - {"trajectory"}
 
 
 def test_the_page_says_what_a_sweep_file_has():
@@ -201,6 +203,6 @@ def test_the_archive_draws_kept_pictures_anew(archived, tmp_path):
     Image.new("RGB", (80, 80), "white").save(kept / "slope.png")
     (kept / "slope.py").touch()
     written = archive.keep_table("fast", Results(str(tmp_path / "results")))
-    assert written[1:] == [kept / "slope.png"] == archive.pictures("one")
+    assert written == [kept / "slope.png"] == archive.pictures("one")
     with Image.open(kept / "slope.png") as picture:
         assert picture.size == (80, 40) and picture.convert("RGB").getpixel((5, 5)) == (255, 0, 0)

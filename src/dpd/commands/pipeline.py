@@ -214,9 +214,13 @@ def figure(options: Namespace) -> None:
 @command(option("tables", nargs="*"), output="table.csv")
 def verdicts(options: Namespace) -> None:
     """Join the verdict tables of figures."""
-    from dpd.report.figures import joined, read_verdicts
+    import pandas as pd
 
-    _write(options.output, joined(map(read_verdicts, options.tables)).to_csv(index=False))
+    from dpd.analysis.verdicts import COLUMNS
+    from dpd.report.rows import read_rows
+
+    table = pd.DataFrame(read_rows(*options.tables), columns=COLUMNS)
+    _write(options.output, table.to_csv(index=False))
 
 
 @command(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, Tag
@@ -349,6 +350,7 @@ class Paper:
     figures: dict[str, Figure]
     sampling: tuple[dict[str, Any], ...] = ()  # what is given of each `Sampling`
     theory: dict[str, Sweep] = field(default_factory=dict)  # those that are calculated
+    runs: dict[str, int] = field(default_factory=dict)  # how many each simulated one has
 
 
 def read_paper(
@@ -373,7 +375,11 @@ def read_paper(
             key, kind = f"{where}: sweeps.{sweep}", sweeps if given.theory is None else theory
             kind[sweep] = unfold(name, sweep, given, key, path.parent, seed, points)
     sampling = tuple(said.model_dump(exclude_unset=True) for said in paper.sampling)
+    runs = {
+        sweep: each.replicas * prod(len(axis.taken) for axis in (each.axes or {}).values())
+        for sweep, each in paper.sweeps.items() if each.theory is None
+    }  # fmt: skip
     return Paper(
         name, paper.title, paper.reference, sweeps, tuple(paper.measurements), paper.figures,
-        sampling, theory,
+        sampling, theory, runs,
     )  # fmt: skip

@@ -1,20 +1,16 @@
-"""What git keeps of studies, and two studies held against each other.
-
-Kept are tables of verdicts, which README.md and the pages of papers are made from, and of the long
-study its figures with their numbers.
+"""What git keeps of studies: of each its table of verdicts, of the long one figures with their
+numbers; and two studies held against each other.
 """
-
-from __future__ import annotations
 
 import hashlib
 import math
 import os
-import shutil
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -27,26 +23,14 @@ from PIL import Image
 from dpd import files
 from dpd.analysis.collect import load
 from dpd.analysis.statistics import COVERAGE, MANY, widening
+from dpd.analysis.verdicts import COLUMNS
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.files import replace_whole
-from dpd.pipeline.paper import SEEDED, read_config, read_paper, read_study
-from dpd.pipeline.paths import LONG_STUDY, commit, library_versions, processor, results_of
-from dpd.report.figures import (
-    call,
-    joined,
-    load_module,
-    read_verdicts,
-    small_png,
-    verdicts_of,
-)  # fmt: skip
+from dpd.pipeline.paper import SEEDED, Paper, read_config, read_paper, read_study
+from dpd.pipeline.paths import LONG_STUDY, Results, commit, library_versions, processor, results_of
+from dpd.report.figures import call, load_module, verdicts_of
+from dpd.report.rows import Row, read_rows
 from dpd.report.style import LOOK
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from dpd.pipeline.paper import Paper
-    from dpd.pipeline.paths import Results
 
 ARCHIVE = ROOT / "results" / "archive"
 FIGURES = ROOT / "paper_figures"
@@ -69,13 +53,9 @@ MEANING = (
 )
 
 
-# Of any study: its table, and pictures beside the files of figures.
-
-
 def keep(study: str, runs_from: float = math.inf) -> list[Path]:
-    """Keep of a study what git is to have of it, and name what was written: the table first.
-
-    Raises `UserError` if there is no such study, and as `keep_table` and `keep_whole` do.
+    """Keep of a study what git is to have of it, and name what has changed; `UserError` if there
+    is no such study, and as of `keep_table` and `keep_whole`.
     """
     read_study(study)  # a name that is none would lead elsewhere
     if study != LONG_STUDY:
@@ -85,25 +65,19 @@ def keep(study: str, runs_from: float = math.inf) -> list[Path]:
 
 
 def keep_table(study: str, results: Results) -> list[Path]:
-    """Keep the verdicts of all papers, and draw anew the pictures beside files of figures.
-
-    A new picture is as wide as the old one. Of a study with another seed than 1 the table alone is
-    archived. Raises `UserError` if there is no such table, or it was made by an older version.
+    """Keep the verdicts of all papers, and draw anew, as wide as before, the pictures beside files
+    of figures; of a study with another seed than 1 the table alone. `UserError` as of `read_rows`.
     """
-    source, target = results.verdicts(), ARCHIVE / study / VERDICTS
-    table = read_verdicts(source)
-    replace_whole(target, lambda draft: shutil.copyfile(source, draft))
-    written = [target]
-    for paper in [] if SEEDED.fullmatch(study) else sorted(set(table.paper)):
+    source = Path(results.verdicts())
+    papers = sorted({row["paper"] for row in read_rows(source)})
+    contents = {f"{study}/{VERDICTS}": source.read_bytes()}
+    for paper in [] if SEEDED.fullmatch(study) else papers:
         for archived in pictures(paper):
             drawn = Path(results.figure(paper, archived.stem, "png"))
             if drawn.is_file():
-                with Image.open(archived) as old, Image.open(drawn) as new:
-                    size = old.width, round(new.height * old.width / new.width)
-                    data = small_png(new.convert("RGB").resize(size, Image.Resampling.LANCZOS))
-                replace_whole(archived, partial(Path.write_bytes, data=data))
-                written.append(archived)
-    return written
+                with Image.open(archived) as old:
+                    contents[str(archived)] = small_png(drawn, old.width)
+    return write_changed(ARCHIVE, contents)
 
 
 def pictures(paper: str) -> list[Path]:
@@ -111,18 +85,21 @@ def pictures(paper: str) -> list[Path]:
     return sorted((FIGURES / paper).glob("*.png"))
 
 
+def small_png(source: Path | BytesIO, width: int | None = None) -> bytes:
+    """A picture, perhaps of another width, in 256 colours: a third of the bytes, and alike."""
+    written = BytesIO()
+    with Image.open(source) as picture:
+        width = width or picture.width
+        size = width, round(picture.height * width / picture.width)
+        resized = picture.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+        resized.quantize(256, dither=Image.Dither.NONE).save(written, "png", optimize=True)
+    return written.getvalue()
+
+
 def studies() -> list[str]:
     """Names of the studies that have a table in the archive; of each, that of the seed 1."""
     names = sorted(path.parent.name for path in ARCHIVE.glob(f"*/{VERDICTS}"))
     return [name for name in names if not SEEDED.fullmatch(name)]
-
-
-def read_archive(study: str) -> pd.DataFrame:
-    """The verdict table of a study, refused as in `read_verdicts`."""
-    return read_verdicts(ARCHIVE / study / VERDICTS)
-
-
-# Of the long study: figures with their numbers, and a manifest.
 
 
 def manifest_of(study: str) -> dict[str, Any]:
@@ -140,15 +117,19 @@ def manifest_text(manifest: dict[str, Any], contents: dict[str, bytes]) -> str:
     return HEAD + yaml.safe_dump(manifest, sort_keys=False, allow_unicode=True, width=100)
 
 
+def table_text(rows: Sequence[Row]) -> bytes:
+    """A verdict table as its file has it."""
+    return pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False).encode()
+
+
 def keep_whole(
     study: str, results: Results, papers: Sequence[Paper], runs_from: float = math.inf
 ) -> list[Path]:
-    """Keep all of a study that a reader needs, also of one that was stopped before its end.
+    """Keep figures with their numbers, as far as they are made; those of before stay, while the
+    papers ask for them. ``runs_from``: hours; runs that took as long or longer are kept as well.
 
-    A figure that is not drawn here stays in the archive as it is, while the study asks for it.
-    ``runs_from``: hours; runs that took as long or longer are archived too, for `restore`. Returns
-    what was written. Raises `UserError` if there is no figure and no run to keep, or the archive
-    would be larger than `LIMIT`; then nothing changes.
+    Raises `UserError` if nothing is there, or the archive would be larger than `LIMIT`; then
+    nothing changes.
     """
     target, former = ARCHIVE / study, manifest_of(study)
     made = {
@@ -158,37 +139,34 @@ def keep_whole(
     }  # fmt: skip
     part = f"{made['date']} {made['commit']}"
     parts = former.get("parts", {}) | {part: made}
-    figures, missing, tables, drawn = {}, [], [], False
+    figures, missing, rows, drawn = {}, [], [], False
     contents: dict[str, bytes] = {}
-    asked = [(each.name, figure) for each in papers for figure in each.figures]
-    for paper, figure in asked:
+    for paper, figure in [(each.name, figure) for each in papers for figure in each.figures]:
         name = f"{paper}/{figure}"
-        here = [Path(results.figure(paper, figure, kind)) for kind in ("png", "nc", "csv")]
-        if all(path.is_file() for path in here):
+        picture, numbers, table = (
+            Path(results.figure(paper, figure, kind)) for kind in ("png", "nc", "csv")
+        )
+        if picture.is_file() and numbers.is_file() and table.is_file():
             drawn, figures[name] = True, part
-            with Image.open(here[0]) as picture:
-                contents[f"{name}.png"] = small_png(picture)
-            contents[f"{name}.nc"] = here[1].read_bytes()
-            tables.append(read_verdicts(here[2]))
+            contents |= {f"{name}.png": small_png(picture), f"{name}.nc": numbers.read_bytes()}
+            rows += read_rows(table)
         elif name in former.get("figures", {}):
             figures[name] = former["figures"][name]
             kept = [f"{name}.png", f"{name}.nc"]
             contents |= {each: (target / each).read_bytes() for each in kept}
-            table = read_archive(study)
-            tables.append(table[(table.paper == paper) & (table.figure == figure)])
+            archived = read_rows(target / VERDICTS)
+            rows += [row for row in archived if f"{row['paper']}/{row['figure']}" == name]
         else:
             missing.append(name)
     runs = dict(_long_runs(target, papers, results, runs_from))
     if not drawn and not runs:
         raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
-    contents = {VERDICTS: joined(tables).to_csv(index=False).encode()} | contents | runs
+    contents = {VERDICTS: table_text(rows)} | contents | runs
     manifest = {
         "study": study,
         "parts": {name: parts[name] for name in parts if name in figures.values()},
-        "figures": figures,
-        "figures_missing": missing,
-        "files": {},
-    }
+        "figures": figures, "figures_missing": missing, "files": {},
+    }  # fmt: skip
     contents[MANIFEST] = manifest_text(manifest, contents).encode()
     size = sum(map(len, contents.values()))
     if size > LIMIT:
@@ -205,22 +183,20 @@ def keep_whole(
 
 
 def write_changed(target: Path, contents: dict[str, bytes]) -> list[Path]:
-    """Write files into an archive, and name those that have changed."""
+    """Write files, by their names below a folder, and name those that have changed."""
     changed = []
     for name, data in contents.items():
         path = target / name
         if not path.is_file() or path.read_bytes() != data:
-            replace_whole(path, partial(Path.write_bytes, data=data))
+            files.replace_whole(path, partial(Path.write_bytes, data=data))
             changed.append(path)
     return changed
 
 
 @mpl.rc_context(LOOK)
 def redraw(study: str) -> list[Path]:
-    """Draw and judge again what an archive keeps the numbers of, and name what has changed.
-
-    After an edit of a figure file or of a published number. What those files calculate from sweeps
-    stays as it was.
+    """Draw and judge again what an archive keeps the numbers of, after an edit of a figure file or
+    of a published number, and name what has changed.
 
     Raises `UserError` if there is no such study, its archive keeps no figures, or a figure file
     does not understand the numbers; then nothing changes.
@@ -229,25 +205,21 @@ def redraw(study: str) -> list[Path]:
     target, manifest = ARCHIVE / study, manifest_of(study)
     if not manifest:
         raise UserError(f"{target / MANIFEST}: missing; no figures are archived")
-    contents, tables = {}, []
+    contents, rows = {}, []
     for name in manifest["figures"]:
         paper, figure = name.split("/")
         module, data = load_module(paper, figure), load(target / f"{name}.nc")
         drawn, whole = call(module, "draw", data, Figure), BytesIO()
         drawn.savefig(whole, format="png")
         plt.close(drawn)
-        with Image.open(whole) as picture:
-            contents[f"{name}.png"] = small_png(picture)
-        tables.append(verdicts_of(module, paper, figure, data))
-    contents[VERDICTS] = joined(tables).to_csv(index=False).encode()
+        contents[f"{name}.png"] = small_png(whole)
+        rows += verdicts_of(module, paper, figure, data).to_dict("records")
+    contents[VERDICTS] = table_text(rows)
     contents[MANIFEST] = manifest_text(manifest, contents).encode()
     return write_changed(target, contents)
 
 
-# Long runs, so that a study that took days can go on on another machine.
-
-
-def _runs(papers: Sequence[Paper], results: Results) -> Iterator[tuple[str, Path]]:
+def _runs(papers, results):
     """Of each run of some papers its name in an archive and its place in the results."""
     for paper in papers:
         for sweep in paper.sweeps.values():
@@ -260,19 +232,14 @@ def _long_runs(target, papers, results, hours):
     """Name in the archive and content of runs that took long, from here or from the archive."""
     for name, path in _runs(papers, results) if hours < math.inf else ():
         for place in (path, target / name):
-            if place.is_file():
-                seconds = float(files.attributes(place).get("seconds", 0))
-                if seconds >= 3600 * hours:
-                    yield name, place.read_bytes()
-                    break
+            if place.is_file() and files.attributes(place).get("seconds", 0) >= 3600 * hours:
+                yield name, place.read_bytes()
+                break
 
 
 def restore(study: str) -> list[Path]:
-    """Put the runs that the archive of a study has where Snakemake looks for them.
-
-    Result: what was written; a run that is there already is left as it is. Collecting refuses one
-    of other sources or another scene. Raises `UserError` if there is no such study, or its archive
-    has no runs.
+    """Put the long runs of an archive where Snakemake looks for them, so that a study can go on on
+    another machine, and name those that were not there; `UserError` if the archive has none.
     """
     read_study(study)
     papers = [read_paper(name, study) for name in read_config()["papers"]]
@@ -283,26 +250,19 @@ def restore(study: str) -> list[Path]:
             f"{ARCHIVE / study}: no runs are archived there; 'python -m dpd archive {study} "
             "--runs-from HOURS' keeps those that took as long or longer"
         )
-    missing = [(source, path) for source, path in archived if not path.is_file()]
-    for source, path in missing:
-        replace_whole(path, partial(Path.write_bytes, data=source.read_bytes()))
-    return [path for _, path in missing]
-
-
-# Two studies: whether their error bars say how far they differ.
+    missing = {str(path): source.read_bytes() for source, path in archived if not path.is_file()}
+    return write_changed(Path(), missing)
 
 
 def table_of(name: str | Path) -> pd.DataFrame:
-    """The verdicts of a study: of its figures as far as they are drawn, or of one table.
+    """The verdicts of a study, by its name, a folder of results or of an archive, or one table.
 
-    ``name``: of a verdict table, a folder of results or of an archive, or a study. Raises
-    `UserError` if there are no verdicts.
+    Those of figures, as far as they are drawn. Raises `UserError` if there are no verdicts.
     """
-    places = (Path(name), Path(results_of(str(name)).folder), ARCHIVE / str(name))
-    for place in places:
+    for place in (Path(name), Path(results_of(str(name)).folder), ARCHIVE / str(name)):
         drawn = [place] if place.is_file() else sorted(place.glob("*/figures/*.csv"))
-        if files := drawn or sorted(place.glob("verdicts.csv")):
-            return joined(map(read_verdicts, files))
+        if found := drawn or sorted(place.glob("verdicts.csv")):
+            return pd.DataFrame(read_rows(*found), columns=COLUMNS)
     raise UserError(
         f"{name}: no verdicts there; name a folder below results or results/archive, or a table "
         "verdicts.csv"
@@ -312,10 +272,8 @@ def table_of(name: str | Path) -> pd.DataFrame:
 def compared(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
     """Rows that two verdict tables share, with columns of both, those of the second with ``_b``.
 
-    ``z`` is the difference over the combined error without its systematic part, half a 95 %
-    interval over 1.96, and ``likely_z`` the mean square that the degrees of freedom let expect;
-    they are NaN where a row has no such error. ``flip`` is whether the verdicts differ, of rows
-    with both values; ``missing`` is whether one study alone has the value.
+    ``z``, ``flip`` and ``missing`` as in `MEANING`; ``likely_z`` is the mean square of z that the
+    degrees of freedom let expect. Both are NaN where a row has no error but a systematic one.
     """
     both = one.merge(other, on=KEY, suffixes=("", "_b"), validate="one_to_one")
     there = both[["value", "value_b"]].notna().sum(axis=1)
@@ -331,7 +289,7 @@ def compared(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
     return both
 
 
-def _mean_square(degrees: np.ndarray) -> float:
+def _mean_square(degrees):
     """Of z, of values whose errors have so many degrees of freedom; Student's t makes it < 1."""
     many = np.minimum(np.nan_to_num(degrees, nan=np.inf), MANY)
     drawn = np.random.default_rng(1).chisquare(many, (DRAWS, 2)) / many

@@ -1,18 +1,12 @@
-"""All pages of the repository that are written by a program, wholly or in part.
-
-Names, dimensions, units and meanings of what results hold come from the observables themselves: a
-tiny system is set up, and no step of it is run.
-"""
-
-from __future__ import annotations
+"""All pages of the repository that are written by a program, wholly or in part."""
 
 import math
 import re
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from dpd.analysis.verdicts import Entry
 from dpd.digest import ROOT
@@ -24,29 +18,16 @@ from dpd.page import Observable, find, names
 from dpd.pipeline.paper import Config, PaperFile, check_repository, read_paper, read_study
 from dpd.pipeline.paths import LONG_STUDY
 from dpd.report import archive
+from dpd.report import rows as verdicts
 from dpd.report.archive import FIGURES, manifest_of, pictures, studies
 from dpd.report.figures import load_module
 from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, section_rows, text_of
-from dpd.report.rows import (
-    KINDS,
-    MARKS,
-    Row,
-    by_name,
-    citations,
-    count,
-    read_rows,
-    verdict_rows,
-    with_values,
-)  # fmt: skip
+from dpd.report.rows import Row, count
 from dpd.report.text import label, rendered
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
 from dpd.sources import calculations_file
 from dpd.start.common.make import system_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
 
 BLOCK = re.compile(r"(<!-- begin: (\S+) counts -->\n).*?(<!-- end -->)", re.S)
 FLUID = {
@@ -102,10 +83,7 @@ def _page(template, keys, **values):
 
 
 def filled(text: str) -> str:
-    """A text with its marked blocks made anew, from the verdicts of a study that git keeps.
-
-    A block begins with ``<!-- begin: STUDY counts -->`` and ends with ``<!-- end -->``.
-    """
+    """A text with the blocks that `BLOCK` finds made anew, from verdicts that git keeps."""
 
     def made(block):
         table = counts(rows_of_archive(block[2]), "[{0}](paper_figures/{0}/README.md)".format)
@@ -114,14 +92,8 @@ def filled(text: str) -> str:
     return BLOCK.sub(made, text)
 
 
-# The page of a paper, paper_figures/PAPER/README.md: verdicts, findings and pictures.
-
-
 def paper_page(name: str) -> str:
-    """The page of a paper as Markdown.
-
-    Raises `UserError` if the paper has no findings, or CITATION.cff does not know its title.
-    """
+    """The page of a paper; `UserError` if CITATION.cff does not know it, or without findings."""
     every = {study: rows_of_archive(study) for study in studies()}
     own = {study: [row for row in rows if row["paper"] == name] for study, rows in every.items()}
     tables = {study: rows for study, rows in own.items() if rows}
@@ -129,9 +101,9 @@ def paper_page(name: str) -> str:
     findings = FIGURES / name / "findings.md"
     if not findings.is_file():
         raise UserError(f"{findings}: missing; write what runs show, and why what deviates does")
-    if paper.title not in citations():
+    if paper.title not in verdicts.citations():
         raise UserError(f"CITATION.cff: references: none has the title {paper.title!r} of a paper")
-    link, doi = (citations()[paper.title][key] for key in ("link", "doi"))
+    link, doi = (verdicts.citations()[paper.title][key] for key in ("link", "doi"))
     known = calculations_of(name) if calculations_file(name).is_file() else {}
     rows = [row for key, each in known.items() for row in section_rows(each, key, "")]
     return _page(
@@ -161,15 +133,13 @@ def _found(name, path, tables):
     """What findings.md says, with our values of the longest study that has them."""
     rows = [row["entry"] for table in reversed(tables.values()) for row in table]
     text = re.sub(r"(?<=\*\*)(\w+), ", lambda key: f"{label(key[1])}, ", path.read_text())
-    return with_values(re.sub(r"\s*<!--.*?-->", "", text, flags=re.S), by_name(name, rows))
-
-
-# Tables of verdicts.
+    text = re.sub(r"\s*<!--.*?-->", "", text, flags=re.S)
+    return verdicts.with_values(text, verdicts.by_name(name, rows))
 
 
 def rows_of_archive(study: str) -> list[Row]:
     """The verdicts of a study that git keeps, as the report shows them."""
-    return verdict_rows(read_rows(archive.ARCHIVE / study / archive.VERDICTS))
+    return verdicts.verdict_rows(verdicts.read_rows(archive.ARCHIVE / study / archive.VERDICTS))
 
 
 def counts(rows: Sequence[Row], link: Callable[[str], str] = str) -> str:
@@ -178,11 +148,16 @@ def counts(rows: Sequence[Row], link: Callable[[str], str] = str) -> str:
     for paper in sorted({row["paper"] for row in rows}):
         held, *others = (
             count(row for row in rows if (row["paper"], row["kind"]) == (paper, kind))
-            for kind in KINDS
+            for kind in verdicts.KINDS
         )
         shares = (f"{each['r']} of {each['all']}" if each["all"] else "none" for each in others)
         lines.append([link(paper), held["all"], *(held[mark] for mark in "rdn"), *shares])
-    head = "held against simulation", *MARKS, "closed forms that hold", "own checks that hold"
+    head = (
+        "held against simulation",
+        *verdicts.MARKS,
+        "closed forms that hold",
+        "own checks that hold",
+    )
     return markdown_table(["paper", *head], lines)
 
 
@@ -201,44 +176,36 @@ def deviations(rows: Sequence[Row]) -> str:
     return markdown_table(head, lines) if lines else "Nothing deviates."
 
 
-# Variables of run.nc.
-
-
 def run_table() -> str:
     """Markdown: the variables of run.nc, observable by observable."""
     rows = [
         [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units, escape(meaning)]
         for observable in names(Observable)
-        for name, (dimensions, _, units, meaning) in _all_variables(observable).items()
+        for name, (dimensions, units, meaning) in _all_variables(observable).items()
     ]
     return markdown_table(["observable", "variable", "dimensions", "units", "meaning"], rows)
 
 
-def _scene(observable, more=(), **settings):
-    """The first of some scenes that an observable can look at."""
-    asked = dict(more) | {"observe": [{observable: {"every": 10} | settings}]}
-    for base in (FLUID, PLANE):
-        with suppress(UserError):
-            return Scene(base | asked, "example")
-    return Scene(WALLED | asked, "example")
-
-
 def _all_variables(observable):
     """Variables of an observable, with those that it has in some scenes, or with a setting."""
-    found = _variables(_scene(observable))
-    some = [(lambda key=key: _scene(observable, key), where) for key, where in MORE]
-    for key, field in find(Observable, observable).model_fields.items():
-        if field.default is False:
-            with_key = f"with `{key}: true`"
-            some.append((lambda key=key: _scene(observable, **{key: True}), with_key))
-    for scene, where in some:
-        with suppress(UserError):  # it cannot look at such a scene
-            for name, (dimensions, array, units, meaning) in _variables(scene()).items():
-                found.setdefault(name, (dimensions, array, units, f"{meaning}, {where}"))
+    settings = find(Observable, observable).model_fields
+    some = [({}, {}, ""), *((more, {}, f", {where}") for more, where in MORE)]
+    some += [
+        ({}, {key: True}, f", with `{key}: true`")
+        for key, field in settings.items() if field.default is False
+    ]  # fmt: skip
+    found = {}
+    for more, chosen, where in some:
+        for name, (dimensions, _, units, meaning) in _variables(observable, more, chosen):
+            found.setdefault(name, (dimensions, units, meaning + where))
     return found
 
 
-def _variables(scene):
-    """Variables of the one observable of a scene, as long as nothing has moved."""
-    asked, *_ = observables(scene, system_of(scene))
-    return asked.variables()
+def _variables(observable, more, settings):
+    """What an observable has in the first of some scenes that it can look at, if in any."""
+    asked = more | {"observe": [{observable: {"every": 10} | settings}]}
+    for base in (FLUID, PLANE, WALLED):
+        with suppress(UserError):
+            scene = Scene(base | asked, "example")
+            return observables(scene, system_of(scene))[0].variables().items()
+    return ()

@@ -19,8 +19,8 @@ from dpd.files import check_output, replace_whole
 from dpd.particles import read
 from dpd.particles.netcdf import fields_of, particles_of, read_fields
 from dpd.particles.particles import Particles, checked, molecules_of
-from dpd.report.draw_fields import AXES, COLUMN, INCH, draw_fields, draw_legend, refuse_unknown
-from dpd.report.style import LOOK, MANY, OF_SPECIES
+from dpd.report.draw_fields import AXES, draw_fields, draw_legend, refuse_unknown
+from dpd.report.style import LOOK, MANY, OF_SPECIES, SINGLE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,11 +91,12 @@ def draw(
         Pixels per inch.
     """
     for name, value, least, most in (
-        ("size", COLUMN if size is None else size, 2, 50), ("dpi", dpi, 20, 1200),
-        ("radius", 1 if radius is None else radius, 1e-3, 1e3), ("smooth", smooth, 0, 1e3),
+        ("size", size, 2, 50), ("dpi", dpi, 20, 1200), ("radius", radius, 1e-3, 1e3),
+        ("smooth", smooth, 0, 1e3),
     ):  # fmt: skip
-        if not least <= value <= most:
+        if value is not None and not least <= value <= most:
             raise UserError(f"{name}: {value:g} is out of range; allowed: {least:g} to {most:g}")
+    width = size and size / 2.54
     species, surface = (tuple([v] if isinstance(v, str) else v) for v in (species, surface))
     frames = [int(number) for number in np.atleast_1d(frame)]
     path = source if isinstance(source, (str, Path)) else "the particles or the run"
@@ -110,7 +111,7 @@ def draw(
             for name in [name for name, value in of_beads.items() if value is not None]:
                 raise UserError(f"{name}: has no effect on density fields; leave it out")
             fields = read_fields(Path(path)) if source is path else fields_of(held, path)
-            draw_fields(figure, fields, frames, slice, surface, smooth, species, size, path)
+            draw_fields(figure, fields, frames, slice, surface, smooth, species, width, path)
             return figure
         if len(frames) != 1:
             raise UserError("frame: a picture of beads shows one; slices and surfaces show several")
@@ -120,7 +121,7 @@ def draw(
             particles = read(source, frames[0])
         else:
             particles = particles_of(held, source.attrs, path)
-        _draw_particles(figure, particles, species, colour, view, slab, radius, size, path)
+        _draw_particles(figure, particles, species, colour, view, slab, radius, width, path)
     return figure
 
 
@@ -129,21 +130,15 @@ def draw_file(source: str | Path, path: str | Path, **choices: Any) -> None:
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in METADATA:
-        raise UserError(
-            f"{path}: its name does not say what kind of picture it is; allowed: "
-            f"{', '.join(METADATA)}"
-        )
+        allowed = f"allowed: {', '.join(METADATA)}"
+        raise UserError(f"{path}: its name does not say what kind of picture it is; {allowed}")
     check_output(path, inputs=[source])
     figure, about = draw(source, **choices), {"metadata": METADATA[suffix], "dpi": "figure"}
     with mpl.rc_context(LOOK):
         replace_whole(path, lambda draft: figure.savefig(draft, format=suffix[1:], **about))
 
 
-def _draw_particles(
-    figure: Figure, particles: Particles, species: tuple[str, ...], colour: str | None,
-    view: str | None, slab: Sequence[Any] | None, radius: float | None, size: float | None,
-    path: object,
-) -> None:  # fmt: skip
+def _draw_particles(figure, particles, species, colour, view, slab, radius, width, path):
     """Beads and bonds in the box with its scales, and a legend."""
     refuse_unknown(species, particles.names, path)
     axis, low, high = _seen(particles, view, slab, path)
@@ -156,7 +151,7 @@ def _draw_particles(
         visible &= (depth >= low) & (depth <= high)
         depth = -depth if axis == "y" else depth  # so that all axes are right-handed
     right, up = [k for k in range(particles.dimension) if AXES[k] != axis]
-    width, edges = (size or COLUMN) / INCH, particles.box
+    width, edges = width or SINGLE, particles.box
     height = (width - AROUND) * edges[up] / edges[right] + AROUND
     figure.set_size_inches(width, min(height + 0.2 * bool(legend), TALLEST * width))
     axes = figure.add_subplot(aspect="equal", axisbelow=False)
@@ -166,15 +161,12 @@ def _draw_particles(
         title="" if slab is None else f"{low:g} < ${axis}$ / $r_c$ < {high:g}",
     )  # fmt: skip
     if visible.any():
-        axes.add_collection(
-            _beads(particles, [right, up], visible, depth, colours, radius), autolim=False
-        )
+        beads = _beads(particles, [right, up], visible, depth, colours, radius)
+        axes.add_collection(beads, autolim=False)
     draw_legend(figure, {name: legend[name] for name in legend if name in drawn})
 
 
-def _seen(
-    particles: Particles, view: str | None, slab: Sequence[Any] | None, path: object
-) -> tuple[str, float, float]:
+def _seen(particles, view, slab, path):
     """The axis along which beads are seen, none in two dimensions, and from where to where."""
     if particles.dimension == 2:
         if view is not None or slab is not None:
@@ -195,17 +187,13 @@ def _seen(
     return axis, low, high
 
 
-def _colours(
-    particles: Particles, colour: str | None, path: object
-) -> tuple[np.ndarray, dict[str, str]]:
+def _colours(particles, colour, path):
     """(n, 3) colours of beads, and what a legend says of them."""
     several, bonded = len(particles.names) > 1, len(particles.bonds) > 0
     colour = colour or ("species" if several or not bonded else "molecule")
     if colour not in ("species", "molecule")[: 1 + bonded]:
-        raise UserError(
-            f"{path}: colour {shown(colour)}: allowed are species and, where beads are bonded, "
-            "molecule"
-        )
+        allowed = "allowed are species and, where beads are bonded, molecule"
+        raise UserError(f"{path}: colour {shown(colour)}: {allowed}")
     if colour == "molecule":
         molecules = molecules_of(particles)
         alone = np.bincount(molecules)[molecules] == 1
@@ -216,10 +204,7 @@ def _colours(
     return found, names if several else {}
 
 
-def _beads(
-    particles: Particles, plane: list[int], visible: np.ndarray, depth: np.ndarray,
-    colours: np.ndarray, radius: float | None,
-) -> PolyCollection:  # fmt: skip
+def _beads(particles, plane, visible, depth, colours, radius):
     """Discs, each before the halves of its bonds, from the farthest to the nearest."""
     one, other = particles.bonds.T
     apart = nearest(particles.position[:, other] - particles.position[:, one], particles.box)

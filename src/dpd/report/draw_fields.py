@@ -1,29 +1,20 @@
 """Pictures of density fields: slices with a colour bar, and surfaces, at one time or several."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import LightSource, to_rgb
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from dpd.errors import UserError, shown
+from dpd.particles.netcdf import Fields
 from dpd.particles.particles import frame_number
-from dpd.report.style import OF_SPECIES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from typing import Any
-
-    from matplotlib.figure import Figure
-
-    from dpd.particles.netcdf import Fields
+from dpd.report.style import DOUBLE, OF_SPECIES, SINGLE
 
 AXES = "xyz"
-INCH = 2.54  # cm
-COLUMN, TWO_COLUMNS = 8.6, 17.8  # cm, of a journal
 MOST_FRAMES = 8  # in one picture
 IN_A_ROW = 4  # panels of surfaces
 LEAST = 0.5  # width of a Gaussian in cells, at which the grid does not show
@@ -36,45 +27,44 @@ AROUND = 0.45  # inches beside and below panels
 
 def draw_fields(
     figure: Figure, fields: Fields, frames: Sequence[int], slice: str | None,
-    surface: Sequence[str], smooth: float, species: Sequence[str], size: float | None,
+    surface: Sequence[str], smooth: float, species: Sequence[str], width: float | None,
     path: object,
 ) -> None:  # fmt: skip
-    """Draw slices of density fields, or surfaces in them; see `dpd.report.draw.draw`."""
+    """Draw slices of density fields, or surfaces in them; see `dpd.report.draw.draw`.
+
+    ``width``: of the picture in inches.
+    """
     if not 0 < len(frames) <= MOST_FRAMES:
         raise UserError(f"frame: {len(frames)} of them in one picture; allowed: 1 to {MOST_FRAMES}")
     numbers = [frame_number(frame, len(fields.time), path) for frame in frames]
-    levels = dict(
-        _split("surface", word, "a species and a density, as in A=0.4") for word in surface
-    )
+    allowed = "a species and a density, as in A=0.4"
+    levels = dict(_split("surface", word, allowed) for word in surface)
     refuse_unknown((*species, *levels), fields.names, path)
     names = tuple(species) or fields.names
-    rows = len(names) if slice else -(-len(numbers) // IN_A_ROW)
-    columns = len(numbers) if slice else -(-len(numbers) // rows)
-    width = (size or (COLUMN if len(numbers) == 1 else TWO_COLUMNS)) / INCH
     if slice:
-        axis, place = _plane(fields, slice, path)
-        right, up = (k for k in range(3) if k != axis)
+        plane = _plane(fields, slice, path)
+        right, up = (k for k in range(3) if k != plane[0])
+        rows, columns = len(names), len(numbers)
+        _draw_slices(figure, fields, numbers, names, plane, smooth)
     else:
         right, up = 0, fields.dimension - 1
-    box = fields.box[numbers].max(axis=0)
+        rows = -(-len(numbers) // IN_A_ROW)
+        columns = -(-len(numbers) // rows)
+        _draw_surfaces(figure, fields, numbers, levels, (rows, columns), smooth, path)
+    width, box = width or (DOUBLE if len(numbers) > 1 else SINGLE), fields.box[numbers].max(axis=0)
     height = rows * (((width - 2 * AROUND) / columns) * box[up] / box[right] + AROUND)
     figure.set_size_inches(width, height)
-    if slice:
-        _draw_slices(figure, fields, numbers, names, (axis, place), smooth)
-    else:
-        _draw_surfaces(figure, fields, numbers, levels, (rows, columns), smooth, path)
 
 
 def refuse_unknown(species: Iterable[str], names: Sequence[str], path: object) -> None:
     """Refuse species that are not there."""
     for name in species:
         if name not in names:
-            raise UserError(
-                f"{path}: no species is called {shown(name)}; allowed: {', '.join(names)}"
-            )
+            allowed = ", ".join(names)
+            raise UserError(f"{path}: no species is called {shown(name)}; allowed: {allowed}")
 
 
-def _split(what: str, word: str, allowed: str) -> tuple[str, float]:
+def _split(what, word, allowed):
     """Name and number of a word like ``A=0.4``."""
     name, _, number = str(word).partition("=")
     try:
@@ -83,7 +73,7 @@ def _split(what: str, word: str, allowed: str) -> tuple[str, float]:
         raise UserError(f"{what}: {shown(word)}: allowed: {allowed}") from None
 
 
-def _plane(fields: Fields, slice: str, path: object) -> tuple[int, float]:
+def _plane(fields, slice, path):
     """Number of the axis across a plane, and where that is; z=0 is all of two dimensions."""
     axis, place = _split("slice", slice, "an axis and a place in r_c, as in z=5")
     edges = dict(zip(AXES, fields.box.max(axis=0))) if fields.dimension == 3 else {"z": 0.0}
@@ -131,10 +121,7 @@ def slice_of(
     return smoothed(density, box, places, width).squeeze(axis).T
 
 
-def _draw_slices(
-    figure: Figure, fields: Fields, numbers: list[int], names: Sequence[str],
-    plane: tuple[int, float], width: float,
-) -> None:  # fmt: skip
+def _draw_slices(figure, fields, numbers, names, plane, width):
     """A row for each species with one scale of colours, a column for each time."""
     right, up = (k for k in range(3) if k != plane[0])
     panels = figure.subplots(len(names), len(numbers), squeeze=False, sharex=True, sharey=True)
@@ -157,21 +144,18 @@ def _draw_slices(
         axes.set_xlabel(f"${AXES[right]}$ / $r_c$")
 
 
-def _time(fields: Fields, number: int) -> str:
+def _time(fields, number):
     return rf"$t$ = {fields.time[number]:.4g} $\tau$"
 
 
-def _draw_surfaces(
-    figure: Figure, fields: Fields, numbers: list[int], levels: dict[str, float],
-    shape: tuple[int, int], width: float, path: object,
-) -> None:  # fmt: skip
+def _draw_surfaces(figure, fields, numbers, levels, shape, width, path):
     """What is denser than asked for: as bodies, in two dimensions as areas with a line around."""
     colours = {name: OF_SPECIES[fields.names.index(name) % len(OF_SPECIES)] for name in levels}
-    found: dict[str, list[np.ndarray]] = {name: [] for name in levels}
+    found = {}
     for name, value in levels.items():
-        for number in numbers:
-            density, box = fields.density[number, fields.names.index(name)], fields.box[number]
-            found[name].append(smoothed(density, box, points_along(box), width))
+        densities = fields.density[:, fields.names.index(name)]
+        boxes = [(n, fields.box[n]) for n in numbers]
+        found[name] = [smoothed(densities[n], box, points_along(box), width) for n, box in boxes]
         low, high = min(map(np.min, found[name])), max(map(np.max, found[name]))
         if not low < value < high:
             raise UserError(
@@ -201,16 +185,13 @@ def triangles_around(
     """The surface of what is denser than a value, closed where the box ends.
 
     ``field`` is over `points_along` the axes of the box. Returned are triangles, (n, 3, 3) by
-    triangle, corner and axis, in r_c, anticlockwise from outside. `UserError` if the library that
-    finds surfaces is not installed.
+    triangle, corner and axis, in r_c, anticlockwise from outside. `UserError` without scikit-image.
     """
     try:
         from skimage.measure import marching_cubes
     except ModuleNotFoundError:
-        raise UserError(
-            "surface: the library scikit-image, which finds surfaces, is not installed: pip "
-            "install 'dpd-papers[draw]'"
-        ) from None
+        remedy = "is not installed: pip install 'dpd-papers[draw]'"
+        raise UserError(f"surface: scikit-image, which finds surfaces, {remedy}") from None
     if field.max() <= value:
         return np.empty((0, 3, 3))
     # Nothing is dense outside: so steep a fall that the surface is found at the face itself.
@@ -228,15 +209,13 @@ def draw_bodies(
     """Draw surfaces, (triangles, colour) from `triangles_around`, in the box with its scales."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    colours = [np.tile(to_rgb(colour), (len(triangles), 1)) for triangles, colour in bodies]
+    colours = [to_rgb(colour) for triangles, colour in bodies for _ in triangles]
     corners = np.concatenate([triangles for triangles, _ in bodies])
     if len(corners):
-        axes.add_collection3d(
-            Poly3DCollection(
-                corners, facecolors=np.concatenate(colours), shade=True, lightsource=LIGHT,
-                linewidths=0, antialiased=False, rasterized=True,
-            )
-        )  # fmt: skip
+        axes.add_collection3d(Poly3DCollection(
+            corners, facecolors=colours, shade=True, lightsource=LIGHT, linewidths=0,
+            antialiased=False, rasterized=True,
+        ))  # fmt: skip
     axes.patch.set_visible(False)  # it would cover the labels of the panel before
     axes.set_box_aspect(tuple(box), zoom=1.0)
     axes.set_proj_type("persp", focal_length=0.6)

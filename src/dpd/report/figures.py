@@ -1,9 +1,4 @@
-"""From sweeps and measurements to a figure's files: picture, PDF, numbers, verdicts, caption.
-
-And the file of a figure itself: read, called, and blamed for what goes wrong in it.
-"""
-
-from __future__ import annotations
+"""From sweeps and measurements to a figure's files: picture, PDF, numbers, verdicts, caption."""
 
 import importlib.util
 import json
@@ -11,33 +6,28 @@ import linecache
 import sys
 import time
 import traceback
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from types import ModuleType
+from typing import TypeVar
 
 import matplotlib as mpl
 import pandas as pd
 import xarray as xr
 from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
-from PIL import Image
 
 from dpd.analysis.collect import load, save
 from dpd.analysis.statistics import degrees_of
-from dpd.analysis.verdicts import COLUMNS, figure_path, rows
+from dpd.analysis.verdicts import figure_path, rows
 from dpd.digest import ROOT, shortened
 from dpd.errors import UserError
-from dpd.files import reading, replace_whole
+from dpd.files import replace_whole
 from dpd.report.style import LOOK
 from dpd.report.text import caption, label
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from types import ModuleType
-
-    T = TypeVar("T")
-
+T = TypeVar("T")
 NEEDED = {
     "TITLE": "the first sentence of the caption",
     "compute": "from sweeps by name to the plotted numbers, an xarray.Dataset",
@@ -45,19 +35,16 @@ NEEDED = {
 }
 # What a file may leave out that belongs to no published figure.
 OPTIONAL = {"measured": lambda numbers: {}, "PAPER_SHOWS": ""}
-IN_TABLES = {"paper", "figure", "quantity", "kind", "published", "value", "error", "verdict"}
 
 
 def load_module(paper: str, figure: str) -> ModuleType:
     """The module of a figure.
 
-    It has ``compute(data)``, ``draw(numbers)`` and ``TITLE``. With numbers in published.yaml it has
-    ``measured(numbers)``, which gives ours by their names. It may also have ``PAPER_SHOWS``, what
-    the paper's own figure shows; ``ERRORS``, ``warnings(numbers)``, sentences, and
-    ``table(numbers)``, a data frame of text; they go below its caption; and
-    ``describe(numbers)``, which says in one or two sentences what is seen, for those who cannot see
-    the picture. It may import what it shares with other figures, as in
-    ``from paper_figures.benchmark.shared import ranged``: that works from any folder.
+    It has ``compute(data)``, ``draw(numbers)`` and ``TITLE``; with numbers in published.yaml also
+    ``measured(numbers)``, ours by their names. It may have ``PAPER_SHOWS``, what the paper's own
+    figure shows; below its caption ``ERRORS``, ``warnings(numbers)``, sentences, and
+    ``table(numbers)``, a data frame of text; and ``describe(numbers)``, one or two sentences for
+    those who cannot see the picture. It may import from ``paper_figures`` in any folder.
 
     Raises `UserError` if the file is missing, lacks one of these, or cannot be read as Python.
     """
@@ -66,10 +53,10 @@ def load_module(paper: str, figure: str) -> ModuleType:
         # First, as the folder that the command is given in may be another copy of the repository.
         sys.path.insert(0, str(ROOT))
     spec = importlib.util.spec_from_file_location(f"paper_figures.{paper}.{figure}", path)
-    # A file whose name ends in .py has a spec, and that has a loader.
-    module = importlib.util.module_from_spec(spec)  # type: ignore[arg-type]
+    assert spec and spec.loader  # as its name ends in .py
+    module = importlib.util.module_from_spec(spec)
     with blamed_on(module, "the file, while it is read,"):
-        spec.loader.exec_module(module)  # type: ignore[union-attr]
+        spec.loader.exec_module(module)
     for name, meaning in NEEDED.items():
         if not hasattr(module, name):
             raise UserError(f"{shortened(path)}: {name} is missing: {meaning}")
@@ -80,9 +67,8 @@ def load_module(paper: str, figure: str) -> ModuleType:
 
 @contextmanager
 def blamed_on(module: ModuleType, part: str) -> Iterator[None]:
-    """Turn what a part of a figure file raises into a sentence with the file's name and line.
-
-    Where the fault lies in what figures of the paper share, that file is named.
+    """Turn what a part of a figure file raises into a sentence with file and line, perhaps of what
+    figures of the paper share.
     """
     path = str(module.__file__)
     try:
@@ -114,10 +100,8 @@ def call(module: ModuleType, name: str, argument: object, kind: type[T]) -> T:
 
 @mpl.rc_context(LOOK)
 def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], folder: Path) -> None:
-    """Write ``figure``.png, .pdf, .nc, .csv and .html, its caption, to a folder.
-
-    ``sources``: collected sweeps and measurements by name. Raises `UserError` if one is missing, or
-    the figure's file is broken.
+    """Write ``figure``.png, .pdf, .nc, .csv and .html, its caption, from ``sources``, collected
+    sweeps and measurements by name; `UserError` if one is missing, or the figure's file is broken.
     """
     begun = time.perf_counter()
     module = load_module(paper, figure)
@@ -163,32 +147,3 @@ def verdicts_of(module: ModuleType, paper: str, figure: str, numbers: xr.Dataset
     """The verdict table of a figure, from its module and the numbers that its ``compute`` gave."""
     degrees = json.loads(numbers.attrs.get("degrees", "{}"))
     return rows(paper, figure, call(module, "measured", numbers, dict), degrees)
-
-
-def small_png(picture: Image.Image) -> bytes:
-    """A file of a picture in 256 colours: it takes a third of the room and looks the same."""
-    written = BytesIO()
-    few = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
-    few.save(written, "png", optimize=True)
-    return written.getvalue()
-
-
-def joined(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
-    """Verdict tables as one, without rows where no figure has a published number."""
-    # Without an empty one: it would turn numbers of the others into text.
-    filled = [table for table in tables if len(table)]
-    if not filled:
-        return pd.DataFrame(columns=COLUMNS)
-    return pd.concat(filled, ignore_index=True)
-
-
-def read_verdicts(path: str | Path) -> pd.DataFrame:
-    """A verdict table from a file. Raises `UserError` if it is missing, damaged or an older one."""
-    with reading(path, "table of verdicts", "delete it and let snakemake make it again"):
-        table = pd.read_csv(path)
-    if lacking := IN_TABLES - set(table.columns):
-        raise UserError(
-            f"{path}: no column {', '.join(sorted(lacking))} of a table of verdicts; let snakemake "
-            "make it again"
-        )
-    return table.reindex(columns=COLUMNS)

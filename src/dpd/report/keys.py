@@ -1,9 +1,8 @@
 """Keys of sections as rows of a table: what each may be, its unit, its default, what it means."""
 
-from __future__ import annotations
-
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -11,9 +10,6 @@ from dpd.errors import UserError, suggestion
 from dpd.page import NEEDED, Observable, Page, Start, Term, find, names
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import model_in, unit_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 
 class Row(NamedTuple):
@@ -84,14 +80,13 @@ def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
 
 def _start_rows(starts):
     """Of the first configuration: what all methods have, then what each has of its own."""
-    for row in section_rows(Start, "start", ""):
-        if row.key == "start":
-            row = row._replace(meaning=Start.summary())
-        if row.key == "start.method":
-            told = " ".join(f"{key}: {text_of(page)}" for key, page in starts.items())
-            row = row._replace(allowed=", ".join(starts), meaning=told)
-        yield row
-    common = {row.key for row in rows_of(Start, "start.")}
+    common = {row.key: row for row in section_rows(Start, "start", "")}
+    told = " ".join(f"{key}: {text_of(page)}" for key, page in starts.items())
+    changes = {
+        "start": {"meaning": Start.summary()},
+        "start.method": {"allowed": ", ".join(starts), "meaning": told},
+    }
+    yield from (row._replace(**changes.get(key, {})) for key, row in common.items())
     for key, page in starts.items():
         for row in rows_of(page, "start."):
             if row.key not in common:
@@ -129,7 +124,8 @@ def rows_of(model: Any, prefix: str) -> Iterator[Row]:
         cells = _allowed(field.annotation, field), unit_of(field), _default(field)
         yield Row(key, *cells, field.description or "")
         inside = "[]" if get_origin(field.annotation) is list else ""
-        named = ".NAME" if get_origin(_plain(field.annotation)) is dict else ""
+        kinds = [get_origin(each) for each in (field.annotation, *get_args(field.annotation))]
+        named = ".NAME" if dict in kinds and not inside else ""
         yield from rows_of(model_in(field.annotation), f"{key}{inside}{named}.")
 
 
@@ -144,12 +140,6 @@ def _default(field):
     return f"{field.default:g}" if isinstance(field.default, float) else str(field.default)
 
 
-def _plain(annotation):
-    """A type that may be None without that."""
-    kinds = [each for each in get_args(annotation) if each is not NoneType]
-    return kinds[0] if NoneType in get_args(annotation) else annotation
-
-
 def _allowed(annotation, field=None):
     """What a value may be, in few words."""
     limits = _limits(field.metadata if field else ())
@@ -161,10 +151,10 @@ def _allowed(annotation, field=None):
     if origin in (Union, UnionType):
         kinds = (_allowed(each) for each in inside if each is not NoneType)
         return " or ".join(dict.fromkeys(kinds)) + limits
-    if origin in (dict, list) or (
-        isinstance(annotation, type) and issubclass(annotation, BaseModel)
-    ):
-        return "list" if origin is list else "mapping"
+    if origin is list:
+        return "list"
+    if origin is dict or (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+        return "mapping"
     words = {float: "number", int: "integer", str: "string", bool: "boolean"}
     return words.get(annotation, "value") + limits
 

@@ -1,61 +1,27 @@
 """The report: one self-contained page, of a study that is done or of one that still runs."""
 
-from __future__ import annotations
-
 import base64
 import math
 import os
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 from functools import partial
-from itertools import chain, pairwise
+from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 from PIL import Image
 
 from dpd import files
-from dpd.digest import ROOT, paper_folder, shortened
+from dpd.digest import ROOT, paper_folder
 from dpd.files import replace_whole
-from dpd.pipeline.paper import (
-    PaperFile,
-    as_studied,
-    file_of_paper,
-    read_paper,
-    read_study,
-    studies,
-)  # fmt: skip
+from dpd.pipeline.paper import Paper, read_paper
 from dpd.pipeline.paths import Results, commit, library_versions
-from dpd.report.rows import (
-    KINDS,
-    LEADS,
-    Row,
-    by_name,
-    citations,
-    count,
-    read_rows,
-    sentences,
-    verdict_rows,
-    with_values,
-    worst_first,
-)  # fmt: skip
-from dpd.report.text import (
-    NUMBERED,
-    label,
-    named,
-    rendered,
-    span,
-    typeset,
-    whole,
-)  # fmt: skip
-from dpd.scene.yaml import read_section, read_yaml
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from dpd.pipeline.paper import Paper
+from dpd.report import rows as verdicts
+from dpd.report.rows import LEADS, Row, count
+from dpd.report.text import NUMBERED, label, named, rendered, span, typeset, whole
 
 DATA_FILES = ("page.html", "parts.html", "page.css")  # read here: part of the report's digest
 # In pixels of a picture: wider ones, and higher ones, have several panels.
@@ -71,10 +37,8 @@ def write_page(
     study: str, description: str, papers: Sequence[Paper], folder: str | Path, path: str | Path,
     archived: str | Path | None = None,
 ) -> None:  # fmt: skip
-    """Write the report of a study, from the figures that the folder of its results has so far.
-
-    ``archived``: verdict table in the archive of a long study, whose values stand beside those of
-    this one.
+    """Write the report of a study, from the figures that the folder of its results has so far;
+    ``archived`` is the verdict table of a long study, whose values stand beside those of this one.
     """
     results = Results(str(folder))
     figures = [(paper.name, name) for paper in papers for name in paper.figures]
@@ -83,45 +47,36 @@ def write_page(
         if all(os.path.isfile(results.figure(*each, kind)) for kind in ("png", "csv"))
     ]  # fmt: skip
     done = len(made) == len(figures)
-    tables = [read_rows(results.figure(*each, "csv")) for each in made]
-    rows = verdict_rows(chain.from_iterable(tables), read_rows(archived) if archived else ())
+    rows = verdicts.verdict_rows(
+        verdicts.read_rows(*(results.figure(*each, "csv") for each in made)),
+        verdicts.read_rows(archived) if archived else (),
+    )
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         drawn = pool.map(_picture, [Path(results.figure(*each, "png")) for each in made])
         pictures = dict(zip(made, drawn))
     at = Path(path).parent
     shown = [_paper(paper, study, results, rows, pictures, at, done) for paper in papers]
-    kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in KINDS}
-    runs = [] if done else [_runs(paper.name, study, results) for paper in papers]
+    kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in verdicts.KINDS}
     page = rendered(
         "page.html", study=study, description=description, papers=shown,
-        rows=sorted(rows, key=worst_first), long_study=any(row["archived"] for row in rows),
+        rows=sorted(rows, key=verdicts.worst_first),
+        long_study=any(row["archived"] for row in rows),
         counts={kind: count(of) for kind, of in kinds.items()},
         glance=glance(kinds["simulated"], shown), versions=library_versions(), commit=commit(),
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         progress={} if done else {
             "figures": len(made), "of": len(figures),
-            "runs": sum(there for there, _ in runs), "planned": sum(asked for _, asked in runs),
+            "runs": sum(_runs_done(paper, results) for paper in papers),
+            "planned": sum(sum(paper.runs.values()) for paper in papers),
         },
     )  # fmt: skip
     replace_whole(path, lambda draft: draft.write_text(page, encoding="utf-8"))
 
 
-def _runs(name, study, results):
-    """Runs of a paper that have a result, and all that the study asks for."""
-    path = file_of_paper("papers", name)
-    given = as_studied(read_yaml(path), read_study(study).lineage, studies(), "")
-    there = asked = 0
-    for sweep, each in read_section(PaperFile, given, shortened(path)).sweeps.items():
-        if each.theory is None:
-            points = each.replicas * math.prod(
-                len(axis.taken) for axis in (each.axes or {}).values()
-            )
-            found = sum(1 for _ in Path(results.runs(name, sweep)).glob("*/run.nc"))
-            there, asked = there + min(found, points), asked + points
-    return there, asked
-
-
-# Papers, their figures, and their pictures.
+def _runs_done(paper, results):
+    """How many runs of a paper have a result; more are there after an edit, of former points."""
+    folders = {Path(results.runs(paper.name, sweep)): runs for sweep, runs in paper.runs.items()}
+    return sum(min(runs, len([*at.glob("*/run.nc")])) for at, runs in folders.items())
 
 
 def _paper(paper, study, results, rows, pictures, at, done):
@@ -129,10 +84,11 @@ def _paper(paper, study, results, rows, pictures, at, done):
     sampled = {sweep for each in paper.sampling for sweep in each["sweeps"]}
     if done and sampled - paper.sweeps.keys():
         paper = read_paper(paper.name, study, only=sampled)
-    cited = {"name": named(paper.name), "doi": "", "link": ""} | citations().get(paper.title, {})
+    cited = verdicts.citations().get(paper.title, {})
+    cited = {"name": named(paper.name), "doi": "", "link": ""} | cited
     own = [row for row in rows if row["paper"] == paper.name]
-    found = by_name(paper.name, (row["entry"] for row in own))
-    said = {each.key: each for each in sentences(paper.name)}
+    found = verdicts.by_name(paper.name, (row["entry"] for row in own))
+    said = {each.key: each for each in verdicts.sentences(paper.name)}
     holds = {key for key, each in said.items() if each.holds(study, found)}
     figures = []
     for name in paper.figures:
@@ -144,7 +100,7 @@ def _paper(paper, study, results, rows, pictures, at, done):
             "label": f"Fig. {numbered[1]}" if numbered else topic[:1].upper() + topic[1:],
             "topic": typeset(topic) if numbered else "",
             "says": typeset(told.text) if told else "",
-            "ours": with_values(told.ours, found) if name in holds else "",
+            "ours": verdicts.with_values(told.ours, found) if name in holds else "",
             "rows": judged,
             "count": count(judged),
         })  # fmt: skip
@@ -155,7 +111,8 @@ def _paper(paper, study, results, rows, pictures, at, done):
         "key": paper.name, "title": paper.title, "reference": paper.reference,
         "units": sorted(units, key=lambda row: "rdn".index(row["mark"])), "count": count(units),
         "figures": figures, "says": [
-            (LEADS[key], key, with_values(said[key].text, found)) for key in LEADS if key in holds
+            (LEADS[key], key, verdicts.with_values(said[key].text, found))
+            for key in LEADS if key in holds
         ],
         "checks": list(_checks(paper.name, results)) if done else [],
         "shorter": shorter_points(paper) if done else [], "not_said": not_said(paper),
@@ -186,9 +143,8 @@ def _figure(paper, name, results, picture, at):
 
 
 def _picture(path):
-    """A figure's picture and its thumbnail as data, and what the file says of itself.
-
-    Both are kept beside the file in few bytes, so that a page is made anew within a second.
+    """A figure's picture and its thumbnail as data, both kept beside it, so that a page is made
+    anew within a second; and what the file says of itself.
     """
     small, thumb = (path.with_suffix(f".{kind}.webp") for kind in ("small", "thumb"))
     with Image.open(path) as image:
@@ -231,11 +187,10 @@ def _gap(inked):
     return int(np.mean(widest)) if len(widest) > 8 else size // 2
 
 
-# All numbers at a glance: ours over published, and z beside the normal law.
-
-
 def glance(rows: Iterable[Row], papers: Sequence[Row]) -> Row:
-    """Both plots, with places in per cent of their width, so that they fit any."""
+    """All numbers in two plots, with places in per cent of their width, so that they fit any: ours
+    over published, and z beside the normal law.
+    """
     chosen = [r for r in rows if r["number"] is not None and r["mark"] != "n"]
     lanes, y = [], 16
     for paper in papers:
@@ -278,9 +233,6 @@ def _on_axis(ratio):
     return round(100 * math.log(within / LEAST) / math.log(MOST / LEAST), 2)
 
 
-# What sweeps say of themselves, and how long runs are beside those of the paper.
-
-
 def _checks(name, results):
     """Temperature and momentum of the runs of each sweep, and how many and how long they are."""
     for path in sorted(Path(results.sweep(name, "sweep")).parent.glob("*.nc")):
@@ -293,10 +245,7 @@ def _checks(name, results):
 
 
 def shorter_points(paper: Paper) -> list[Row]:
-    """Points that are sampled for less time than in the paper, or in a smaller system, as text.
-
-    ``share`` is our time in units of the paper's; times are in tau.
-    """
+    """Points sampled for less time, in tau, than in the paper, or in a smaller system, as text."""
     found = []
     for said in paper.sampling:
         for sweep in said["sweeps"] if TIMES & said.keys() else ():
@@ -309,14 +258,9 @@ def shorter_points(paper: Paper) -> list[Row]:
                 if ours < SHORTER * theirs or smaller:
                     at_least = "≥ " if said.get("at_least") else ""
                     found.append({
-                        "paper": paper.name,
-                        "sweep": sweep,
-                        "point": name,
-                        "time": whole(ours),
-                        "paper_time": at_least + whole(theirs),
-                        "share": f"{ours / theirs:.2g}",
-                        "system": system,
-                        "where": typeset(said["where"]),
+                        "sweep": sweep, "point": name, "time": whole(ours),
+                        "paper_time": at_least + whole(theirs), "share": f"{ours / theirs:.2g}",
+                        "system": system, "where": typeset(said["where"]),
                     })  # fmt: skip
     return found
 

@@ -1,60 +1,57 @@
 """Rows of verdict tables as pages show them, and the sentences that hold where they do."""
 
-from __future__ import annotations
-
 import csv
 import math
 import re
+from collections.abc import Iterable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import yaml
+from markupsafe import Markup
 
-from dpd.analysis.verdicts import published
+from dpd.analysis.verdicts import COLUMNS, published
 from dpd.digest import ROOT, paper_folder
-from dpd.errors import UserError
+from dpd.files import reading
 from dpd.report.text import GREEK, typeset, with_error
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-    from pathlib import Path
-
-    from markupsafe import Markup
 
 Row = dict[str, Any]
 MARKS = {"replicated": "r", "deviates": "d", "not reached at this scale": "n"}
 KINDS = ("simulated", "closed form", "check")
 LEADS = {"About": "", "Holds": "r", "Does not": "d", "Why": "w", "Open": "n"}
-NEEDED = {"paper", "figure", "quantity", "kind", "published", "verdict"}
-NUMBERS = ("published_error", "rounding", "value", "error", "deviation_sigma", "resolution")
+NEEDED = {"paper", "figure", "quantity", "kind", "published", "value", "error", "verdict"}
+NUMBERS = {*COLUMNS} - NEEDED - {"where", "limits", "note"} | {"value", "error"}
 SAME = "the same"  # begins a quantity that differs from the one before it
 SENTENCE = re.compile(r"- \*\*(.+?)\.\*\* (.+?) ?<!--(.*?)-->")
 NAMED = re.compile(r"\{([\w.]+)\}")
 
 
-def read_rows(path: str | Path) -> list[Row]:
-    """Rows of a verdict table. Raises `UserError` if it is damaged or an older one."""
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-        if rows and not rows[0].keys() >= NEEDED:
-            raise ValueError("no such columns")
-        return [
-            dict.fromkeys(("where", "note", "limits"), "")
-            | row | {name: float(row.get(name) or "nan") for name in NUMBERS}
-            for row in rows
-        ]  # fmt: skip
-    except (OSError, TypeError, ValueError):
-        raise UserError(
-            f"{path}: damaged, or no table of verdicts; let snakemake make it again"
-        ) from None
+def read_rows(*paths: str | Path) -> list[Row]:
+    """Rows of verdict tables, without pandas, which takes as long to import as a page to make.
+
+    Raises `UserError` if a table is missing, damaged or an older one.
+    """
+    rows: list[Row] = []
+    for path in paths:
+        with (
+            reading(path, "table of verdicts", "delete it and let snakemake make it again"),
+            open(path, newline="", encoding="utf-8") as file,
+        ):
+            table = csv.DictReader(file)
+            if lacking := NEEDED - set(table.fieldnames or ()):
+                raise ValueError(f"no column {', '.join(sorted(lacking))}")
+            rows += [
+                {k: float(row.get(k) or "nan") if k in NUMBERS else row.get(k) or ""
+                 for k in COLUMNS}
+                for row in table
+            ]  # fmt: skip
+    return rows
 
 
 def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row]:
-    """Rows of a verdict table as the page shows them, in its order, with ``id`` for links.
-
-    Where a row of ``archived``, such a table of a long study, is held against the same published
-    value, ``archived`` is what that found and decided.
+    """Rows of a verdict table as the page shows them, with what ``archived``, such a table of a
+    long study, found for the same published value.
     """
     long_runs = {_key(entry): entry for entry in archived}
     rows: list[Row] = []
@@ -72,11 +69,9 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
         ))  # fmt: skip
         figure = f"{entry['paper']}-{entry['figure']}"
         rows.append({
-            "entry": entry,
+            "entry": entry, **{key: entry[key] for key in ("paper", "kind", "value")},
             "id": f"{figure}-{sum(row['figure'] == figure for row in rows) + 1}",
-            "paper": entry["paper"],
             "figure": figure,
-            "kind": entry["kind"],
             "mark": MARKS[entry["verdict"]],
             "quantity": typeset(quantity), **{k: typeset(entry[k]) for k in ("where", "note")},
             "plain": re.sub(r"[A-Za-z]+", lambda word: GREEK.get(word[0], word[0]), quantity),
@@ -88,7 +83,6 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
             ),
             "limits": entry["limits"] if math.isfinite(entry["rounding"]) or number is None else "",
             "ours": typeset(with_error(entry["value"], entry["error"])),
-            "value": entry["value"],
             "resolution": "" if math.isnan(entry["resolution"]) else f"{entry['resolution']:.2g}",
             "archived": typeset(
                 f"{with_error(long_one['value'], long_one['error'])}, {long_one['verdict']}"
@@ -104,7 +98,7 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
 
 
 def _key(entry):
-    """What two studies must have in common for their rows to be of one number."""
+    """What rows of two studies for the same number have in common."""
     return (*(entry[name] for name in ("paper", "figure", "quantity", "kind")), _published(entry))
 
 
@@ -131,9 +125,6 @@ def count(rows: Iterable[Row]) -> dict[str, int]:
     """How many rows have which verdict, in the order of the page, and how many there are."""
     marks = [row["mark"] for row in rows]
     return {mark: marks.count(mark) for mark in "rdn"} | {"all": len(marks)}
-
-
-# What is said of papers and figures.
 
 
 @cache

@@ -1,18 +1,14 @@
 """One look for all figures: column width, readable type, colours that all can tell apart."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib as mpl  # noqa: F401  for figures
 import numpy as np
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-    from matplotlib.axes import Axes
-    from matplotlib.container import ErrorbarContainer
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.container import ErrorbarContainer
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 SINGLE, DOUBLE = 8.6 / 2.54, 17.8 / 2.54  # inches, a journal's one and two columns
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
@@ -62,10 +58,8 @@ def panels(
 ) -> tuple[Figure, Axes | np.ndarray]:  # fmt: skip
     """A figure of panels, as wide as one column of a journal, or as two for panels side by side.
 
-    Several panels are lettered (a), (b), ... in reading order.
-
-    ``height``: of a row in inches. ``width``: of the figure in inches, if not as above.
-    ``**options``: for `matplotlib.pyplot.subplots`.
+    Several are lettered (a), (b), ... in reading order. ``height`` of a row and ``width`` of the
+    figure are in inches; ``options`` are for `matplotlib.pyplot.subplots`.
     """
     from matplotlib import pyplot as plt
 

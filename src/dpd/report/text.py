@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from itertools import chain, combinations_with_replacement
+from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -150,18 +150,15 @@ def span(values: npt.ArrayLike, counted: bool = True) -> str:
     return f"{numbers[0]} to {numbers[-1]}" + (f" ({len(numbers)} values)" if counted else "")
 
 
-# A figure's caption: number, what the paper shows, a line a sweep, errors.
-
-
 def caption(
     figure: str, module: ModuleType, sources: Mapping[str, xr.Dataset], numbers: xr.Dataset
 ) -> str:
-    """The caption of a figure, a fragment of HTML: paragraphs, warnings, and its table, if any.
+    """The caption of a figure as HTML: paragraphs, warnings, and its table, if any.
 
     ``sources``: sweeps and measurements that it was made from. ``numbers``: what is plotted.
     """
     warned = list(module.warnings(numbers)) if hasattr(module, "warnings") else []
-    if not getattr(module, "SHOWS_TEMPERATURE", False):
+    if not getattr(module, "SHOWS_TEMPERATURE", False):  # then just that is its topic
         warned += run_warnings(sources)
     return rendered(
         "caption.html",
@@ -179,10 +176,7 @@ def caption(
 
 
 def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
-    """What runs have warned of, as of a kT that is not right: a sentence for each sweep.
-
-    A figure that shows just that, kT over the time step, says so with ``SHOWS_TEMPERATURE``.
-    """
+    """What runs have warned of, as of a kT that is not right: a sentence for each sweep."""
     for name, source in sources.items():
         texts = list(map(str, source["warning"].values.ravel())) if "warning" in source else []
         if said := [text for text in texts if text]:
@@ -190,17 +184,13 @@ def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
 
 
 def sweep_line(sweep: xr.Dataset) -> str:
-    """What a caption says of a collected sweep: system, forces, dynamics, sampling, axes.
-
-    A quantity that differs among the runs is given as a range with the number of its values.
-    """
+    """What a caption says of a collected sweep: system, forces, dynamics, sampling, axes."""
     texts = dict.fromkeys(map(str, sweep.scene.values.ravel()))
     scenes = [Scene.of_result(text, "sweep") for text in texts]
     said = (_system(scenes), *_forces(scenes), _dynamics(scenes), _sampling(scenes, sweep))
     line = "; ".join(phrase for phrase in said if phrase)
-    axes = [sweep[name] for name in sweep.kT.dims if name != "replica"]
     swept = []
-    for axis in axes:
+    for axis in (sweep[name] for name in sweep.kT.dims if name != "replica"):
         values, units = span(axis.values), axis.attrs.get("units", "1")
         name = axis.attrs.get("long_name", axis.name.replace("_", " "))
         # Not what the line says already, and not as a part of other values.
@@ -213,17 +203,13 @@ def _system(scenes):
     """Beads, molecules, box, density."""
     beads = span([scene.beads for scene in scenes], counted=False)
     density = span([round(scene.density, 2) for scene in scenes])
-    return f"{beads} beads, {_molecules(scenes)}, {_box(scenes)}, rho = {density}{_missed(scenes)}"
-
-
-def _missed(scenes):
-    """What whole molecules make of a density that they cannot meet; of the worst scene."""
+    line = f"{beads} beads, {_molecules(scenes)}, {_box(scenes)}, rho = {density}"
     missed = [pair for scene in scenes for pair in scene.missed_densities.values()]
-    if not missed:
-        return ""
+    if not missed:  # all densities are met by whole molecules
+        return line
     asked, found = max(missed, key=lambda pair: abs(pair[1] / pair[0] - 1))
     most = "at worst " if len(scenes) > 1 else ""
-    return f" ({most}density {found:.4g} of whole molecules in place of {asked:g})"
+    return f"{line} ({most}density {found:.4g} of whole molecules in place of {asked:g})"
 
 
 def _molecules(scenes):
@@ -253,29 +239,26 @@ def _box(scenes):
 def _forces(scenes):
     """Repulsion, masses, and what else acts, each page by its own caption."""
     species = scenes[0].species
-    yield f"{_by_pairs('a', species, [scene.repulsion for scene in scenes])} kT/r_c"
+    yield f"{_by_species('a', species, [scene.repulsion for scene in scenes])} kT/r_c"
     if any(scene.masses is not None for scene in scenes):
         tables = [[1] * len(species) if s.masses is None else s.masses for s in scenes]
         yield f"masses {_by_species('m', species, tables)}"
-    pages: dict[type, list] = {}
-    for scene in scenes:
-        for page in scene.terms.values():
-            if page.caption is not None:
-                pages.setdefault(type(page), []).append(page)
-    for kind, found in pages.items():
-        yield _of_page(kind, found, len(scenes[0].box))
+    terms = [page for scene in scenes for page in scene.terms.values()]
+    for kind in dict.fromkeys(map(type, terms)):
+        if kind.caption is not None:
+            found = [page for page in terms if type(page) is kind]
+            yield _of_page(kind, found, len(scenes[0].box))
 
 
 def _of_page(kind, pages, dimension):
     """The caption of a page with the settings that it has in some scenes."""
-    plain = [page.plain() for page in pages]
-    laws = list(chain.from_iterable(p.values() if is_table(p) else [p] for p in plain))
-    laws = [law for law in laws if isinstance(law, dict)]
-    given = {
-        name: list(chain.from_iterable(_all(law[name]) for law in laws if name in law))
-        for law in laws for name in law
-    }  # fmt: skip
-    numbers = [name for name, values in given.items() if all(map(_is_number, values))]
+    given: dict[str, list] = {}  # values of each setting, those of all species or axes
+    for plain in [page.plain() for page in pages]:
+        for law in plain.values() if is_table(plain) else [plain]:
+            for name, each in law.items() if isinstance(law, dict) else ():
+                several = each.values() if isinstance(each, dict) else np.ravel(each).tolist()
+                given.setdefault(name, []).extend(several)
+    numbers = [name for name in given if {*map(type, given[name])} <= {int, float}]
     plain_text = ", ".join(f"{name} {{{name}}}" for name in numbers)
     text = kind.caption or f"{kind.key.replace('_', ' ')}: {plain_text}".removesuffix(": ")
 
@@ -289,35 +272,15 @@ def _of_page(kind, pages, dimension):
     )
 
 
-def _is_number(value):
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _all(given):
-    """Values of a setting, of all species or axes where it has several."""
-    return list(given.values()) if isinstance(given, dict) else np.ravel(given).tolist()
-
-
-def _by_pairs(symbol, species, tables):
-    """a_AA = a_BB = 25, a_AB = 37: pairs of species with the same values together."""
-    alike = {}
-    for i, j in combinations_with_replacement(range(len(species)), 2):
-        pair = _of_species(symbol, species[i], species[j])
-        alike.setdefault(span([table[i, j] for table in tables]), []).append(pair)
-    return ", ".join(f"{' = '.join(pairs)} = {values}" for values, pairs in alike.items())
-
-
-def _of_species(symbol, *names):
-    """a_AB, or a_(W1 tail) where names are longer."""
-    short = "".join(names)
-    return f"{symbol}_{short}" if len(short) == len(names) else f"{symbol}_({' '.join(names)})"
-
-
 def _by_species(symbol, species, tables):
-    """m_A = 1, m_B = 2."""
-    values = (span([table[i] for table in tables]) for i in range(len(species)))
-    named = (_of_species(symbol, name) for name in species)
-    return ", ".join(f"{name} = {value}" for name, value in zip(named, values))
+    """a_AA = a_BB = 25, a_AB = 37: species or pairs, with longer names a_(W1 tail), by values."""
+    alike = {}
+    for at in combinations_with_replacement(range(len(species)), np.ndim(tables[0])):
+        names = [species[k] for k in at]
+        of = "".join(names) if max(map(len, names)) == 1 else f"({' '.join(names)})"
+        values = span([np.asarray(table)[at] for table in tables])
+        alike.setdefault(values, []).append(f"{symbol}_{of}")
+    return ", ".join(f"{' = '.join(named)} = {values}" for values, named in alike.items())
 
 
 def _dynamics(scenes):
@@ -338,9 +301,8 @@ def _thermostat(scenes):
     frictions = [scene.friction for scene in scenes]
     if any(np.ndim(friction) for friction in frictions):
         names, size = scenes[0].species, len(scenes[0].species)
-        several: Any = _by_species if bath else _by_pairs
         tables = [np.broadcast_to(friction, [size] * (1 if bath else 2)) for friction in frictions]
-        return f"{bath}{several('gamma', names, tables)}, {noise} noise"
+        return f"{bath}{_by_species('gamma', names, tables)}, {noise} noise"
     gamma = span([each["gamma"] for each in thermostats], counted=False)
     if gamma == "0":
         return "no thermostat"
