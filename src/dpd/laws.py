@@ -1,8 +1,4 @@
-"""Laws of bonds, and what follows from their energies: how long bonds are, without other forces.
-
-A law is a page, or a part of one, whose settings are the numbers of one pair of species; it has
-``force(r)``, ``energy(r)`` and ``at_rest()``.
-"""
+"""How long bonds are by their law alone, a page with the numbers of one pair of species."""
 
 from __future__ import annotations
 
@@ -48,5 +44,4 @@ def usual_lengths(law: Any, kT: float) -> list[float]:
 
 def numbers_of(law: Any) -> dict[str, float]:
     """The settings of a law that are numbers."""
-    fields = {name: getattr(law, name) for name in type(law).model_fields}
-    return {name: float(value) for name, value in fields.items() if isinstance(value, int | float)}
+    return {name: float(value) for name, value in law if isinstance(value, int | float)}

@@ -1,7 +1,6 @@
 """Pages of a user's own: a file is loaded as a module whose name carries the digest of its source.
 
-So an edited file is another module to whatever keeps classes by their module's name, and the same
-file is the same module in every process.
+So an edited file is another module, and the same file is the same module in every process.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ import ast
 import linecache
 import os
 import sys
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from importlib import import_module, invalidate_caches
@@ -18,8 +18,8 @@ from inspect import signature
 from itertools import combinations_with_replacement
 from pathlib import Path
 from traceback import extract_tb
-from types import FunctionType, new_class
-from typing import TYPE_CHECKING, Any
+from types import FunctionType, ModuleType, new_class
+from typing import Any, Self
 
 from dpd.digest import ROOT, cache_folder, shortened, text_digest
 from dpd.errors import UserError, reason, shown
@@ -29,6 +29,7 @@ from dpd.page import (
     BondForce,
     Calculation,
     Change,
+    Given,
     Observable,
     Page,
     PairForce,
@@ -38,21 +39,14 @@ from dpd.page import (
 )
 from dpd.sources import calculations_file, files_of, page_digest
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Sequence
-    from types import ModuleType
-    from typing import Self
-
-    from dpd.page import Given
-
 STEP = 1e-6  # r_c, for the slope of an energy
 _importing: list[Path] = []  # files of pages that are imported just now
 
 
 def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any], str]:
-    """The pages of a file by their keys, and its digest; ``where`` is file and key for messages.
+    """The pages of a file by their keys, and its digest, which must be that of a result, if given.
 
-    The digest that it must have is that of a result; nothing where a person names the file.
+    ``where`` is file and key for messages.
     """
     path = Path(path)
     try:
@@ -110,8 +104,7 @@ def _wrong(key, page):
 def _module(path: Path, name: str, where: str) -> ModuleType:
     """The module of a file, imported once; those beside it are its own, as other folders have some.
 
-    After an edit that does not count, as of what a page refuses, it is imported anew, under the
-    same name.
+    After an edit that does not count it is imported anew, under the same name.
     """
     files = files_of(path)
     texts = [file.read_bytes() for file in files]
@@ -169,7 +162,6 @@ class Function(Observable):
     _shape: tuple[int, ...] = ()
 
     def shaped(self, now: Any) -> Self:
-        """Itself, with the shape of what it gives."""
         import numpy as np
 
         with blaming(self):
@@ -179,12 +171,10 @@ class Function(Observable):
         return shaped
 
     def given(self, scene: Any) -> dict[str, Given]:
-        """With the dimensions of an array."""
         dimensions, units, text = self.gives[self.key]
         return {self.key: ((*dimensions, *self.axes(scene)), units, text)}
 
     def axes(self, scene: Any) -> dict[str, Any]:
-        """Numbers of the elements of an array."""
         axis = f"{self.key}_index"
         names = [f"{axis}{k}" for k in range(len(self._shape))] if len(self._shape) > 1 else [axis]
         return {name: (range(n), "1", "index") for name, n in zip(names, self._shape)}
@@ -213,8 +203,7 @@ def _page_of(function):
 def file_of(page: Any) -> str:
     """The file of a page: a path as it is, or that in which a class or a function stands.
 
-    What a cell of a notebook defines gets a file in the user's cache, with all in that cell that it
-    uses, under a name by its digest. A page that stands in no file is refused.
+    What a cell of a notebook defines gets one in the user's cache. A UserError refuses others.
     """
     if isinstance(page, str | os.PathLike):
         return os.path.abspath(page)
@@ -258,10 +247,7 @@ def _defined(node: ast.stmt) -> set[str]:
 
 
 def check_slope(page: PairForce | BondForce, scene: Any) -> None:
-    """Hold a force to the slope of its energy, in plain Python, before anything is compiled.
-
-    At some 50 distances for each pair of species, or at as many usual lengths of each bond.
-    """
+    """Hold a force to the slope of its energy, in plain Python, at some 50 distances each."""
     with blaming(page, f"{scene.where}: {page.key}"):
         for of, force, energy, distances in _formulas(page, scene):
             for r in distances:

@@ -1,13 +1,12 @@
 """Digests of source files: of some modules and of all that they import, and of a user's pages.
 
-Nothing is imported here to find that out: files are parsed. What counts of a file is its syntax
-tree without comments, docstrings, type hints of functions, descriptions of settings, what a page
-refuses and line numbers, so that a wording reruns nothing. The folder of Numba's compiled kernels
-is named after such a digest as well: from the same tree it compiles the same code.
+Files are parsed, not imported. What counts is the syntax tree without comments, docstrings, type
+hints of functions, descriptions of settings, what a page refuses and line numbers: a wording reruns
+nothing. The folder of Numba's compiled kernels is named after such a digest as well.
 
-Snakemake compares rules, not the code that they call. A digest of the sources in a rule's
-``params`` makes an edited kernel rerun simulations and an edited plot rerun plots only. The files
-keep it as well, so that a stage that is called by hand refuses what other sources made.
+Snakemake compares rules, not the code that they call: digests in their ``params`` make an edited
+kernel rerun simulations, and an edited plot plots only. Files keep them, so that a stage that is
+called by hand refuses what other sources made.
 """
 
 from __future__ import annotations
@@ -16,17 +15,15 @@ import ast
 import hashlib
 import os
 import re
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from functools import cache, wraps
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from dpd.digest import PACKAGE, PAPERS_DIR, ROOT, cache_folder, paper_folder, text_digest
 from dpd.page import NEEDED, Observable, Start, Term, module_of, names
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable
 
 # The packages that are followed, with their folders: `dpd` itself, the figures of papers, and of a
 # clone the benchmarks.
@@ -60,8 +57,6 @@ WORDS = ("description", "unit", "of")
 
 
 class Source(NamedTuple):
-    """What counts of a source file."""
-
     digest: str  # of its code, and of data files beside it that are named there
     # Files of ours that it imports, at its top or in a function, with those of their packages; of a
     # user's file also those of its folder.
@@ -69,10 +64,9 @@ class Source(NamedTuple):
 
 
 def cached_on_disk(find: Callable[..., str]) -> Callable[..., str]:
-    """Decorator: for the same sources, what another process has found before is found again.
+    """Decorator: for the same sources, what another process has found before is read again.
 
-    To parse all sources takes some tenths of a second, which each of a study's hundreds of jobs
-    would spend; to read them, and what is cached, takes three thousandths.
+    To parse all sources takes some tenths of a second, to read them three thousandths.
     """
 
     @cache
@@ -119,10 +113,7 @@ def kernel_digest() -> str:
 
 
 def page_digest(path: Path) -> str:
-    """Digest of a user's file, of those of its folder that it imports, and of what they import.
-
-    Raises `OSError` or `ValueError` if one cannot be read, or a folder is imported.
-    """
+    """Digest of a user's file and all that it imports; raises `OSError` or `ValueError`."""
     return _digest([path])
 
 
@@ -141,10 +132,7 @@ def files_of(path: Path) -> list[Path]:
 def reachable(
     modules: Iterable[str | Path], without: Collection[Path | None] = ()
 ) -> frozenset[Path]:
-    """Files of some modules, of all that they import, and of the packages that these are in.
-
-    Those ``without`` are not followed.
-    """
+    """Files of some modules, of their packages, and of all imports that are not ``without``."""
     waiting = [path for module in modules for path in _files(module)]
     found = set()
     while waiting:
@@ -300,25 +288,19 @@ def stage_digest(stage: str, *files: Path) -> str:
 
 
 def run_sources(scene: Any) -> str:
-    """Digest of the sources of a run: of its rooms, and of the pages that its scene uses."""
+    """Digest of the sources of a run, with those of the pages that its scene uses."""
     terms = (term for stage in scene.stages for term in stage.scene.terms.values())
     pages = [scene.start, *scene.observe.values(), *_terms_of_start(scene), *terms]
     return _digest_of("simulate", pages)
 
 
 def start_sources(scene: Any) -> str:
-    """Digest of the sources that decide a scene's first configuration.
-
-    It is the same for all scenes that share a start.
-    """
+    """Digest of the sources that decide a first configuration, for all scenes that share it."""
     return _digest_of("start", [scene.start, *_terms_of_start(scene)])
 
 
 def kernels_name(scene: Any) -> str:
-    """A name for the kernels of all scenes in which the same terms act, by their sources.
-
-    Where it changes, `run_sources` of those scenes change as well.
-    """
+    """A name for the kernels of all scenes in which the same terms act, by their sources."""
     return _digest_of("compile", [term for term in scene.terms.values() if term.in_kernels])
 
 

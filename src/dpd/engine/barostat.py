@@ -45,15 +45,15 @@ def rescale(simulation: Any, law: Pressure, sums: Sums) -> Sums:
     """Try another volume from one sample of where the beads are; return that of where they end."""
     system, before, box = simulation.system, simulation.state, simulation.box
     kT, h = system.kT, law.every * system.dt
-    random = draw(system.seed, before.step)
+    normal, chance = draw(system.seed, before.step)
     here = look_at(system, law, before, box, sums.of(-1))
-    volume = law.trial(here, kT, h, random.normal)
+    volume = law.trial(here, kT, h, normal)
     scaled = scaled_box(box, law.axes, volume / here.volume)
     refuse_box(law, system, scaled, before.step)
     simulation.state = scaled_state(system, before, box, scaled)
     moved = simulation.call(0, [before.step], measure=True)
     there = look_at(system, law, simulation.state, scaled, moved.of(-1))
-    if math.log(random.chance) < -law.change(here, there, kT, h):
+    if math.log(chance) < -law.change(here, there, kT, h):
         return moved
     simulation.state = before
     return sums

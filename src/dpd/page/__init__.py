@@ -1,9 +1,7 @@
-"""What a page is: it says everything about one thing, and the house asks it.
+"""A page says everything about one thing: settings, what it does, what it cannot be combined with.
 
-A page is a class in a file of its own: its settings, what it does to the world, and what it cannot
-be combined with. It registers by being a subclass of its kind with a key. The key is the name of
-its file, so reading a scene imports no page that the scene does not name. Nothing at the top of a
-page imports Numba: kernels come with the first step.
+It is a class in a file that is called by its key: a scene imports only the pages that it names.
+Nothing at the top of a page imports Numba: kernels come with the first step.
 """
 
 # ruff: noqa: F401

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar
 
 # To look for plugins of pydantic among all installed packages takes 8 ms.
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
@@ -16,8 +16,6 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_val
 from dpd.errors import shown, suggestion
 
 if TYPE_CHECKING:
-    from typing import Self
-
     import numpy as np
 
 Refusals = Iterator[tuple[str, str]]  # a key inside of its settings, or none, and what is wrong
@@ -29,10 +27,7 @@ MOST_NAMED = 20  # pairs or triples in a message
 
 
 class Change(Enum):
-    """What a part of a scene does to the world that others take for granted.
-
-    The value says why a page that has said nothing of it cannot stand it.
-    """
+    """What a page does to the world, and why one that has said nothing of it cannot stand that."""
 
     SLIDES = "takes the images of the box to stay where they are"
     STRETCHES = "takes the box to keep its size"
@@ -44,6 +39,7 @@ class Change(Enum):
 
 # --- settings
 
+K = TypeVar("K")
 N = TypeVar("N")
 SPECIES, PAIR, TRIPLE = r"^\S+$", r"^\S+ \S+$", r"^\S+ \S+ \S+$"
 # What a key of a table is, by its pattern, for messages.
@@ -58,17 +54,14 @@ Triple = Annotated[str, Field(pattern=TRIPLE)]
 OR_TABLE = Discriminator(lambda value: "=table" if isinstance(value, dict | BaseModel) else "=one")
 OR_LIST = Discriminator(lambda value: "=list" if isinstance(value, list) else "=one")
 _One = Annotated[N, Tag("=one")]
-_PerSpecies = Annotated[dict[Species, N], Field(min_length=1), Tag("=table")]
-_PerPair = Annotated[dict[Pair, N], Field(min_length=1), Tag("=table")]
-PerSpecies = Annotated[_One[N] | _PerSpecies[N], OR_TABLE]
-PerPair = Annotated[_One[N] | _PerPair[N], OR_TABLE]
+_Table = Annotated[dict[K, N], Field(min_length=1), Tag("=table")]
+PerSpecies = Annotated[_One[N] | _Table[Species, N], OR_TABLE]
+PerPair = Annotated[_One[N] | _Table[Pair, N], OR_TABLE]
 OneOrMore = Annotated[_One[N] | Annotated[list[N], Field(min_length=1), Tag("=list")], OR_LIST]
 PairTable = Annotated[dict[Pair, N], Field(min_length=1)]
 Axis = Literal["x", "y", "z"]
-K = TypeVar("K")
-_Laws = Annotated[dict[K, N], Field(min_length=1), Tag("=table")]
 OneOrTable = Annotated[
-    _One[N] | _Laws[K, N], Discriminator(lambda value: "=table" if is_table(value) else "=one")
+    _One[N] | _Table[K, N], Discriminator(lambda value: "=table" if is_table(value) else "=one")
 ]
 Positive = Annotated[float, Field(gt=0, le=1e6)]
 NotNegative = Annotated[float, Field(ge=0, le=1e6)]
@@ -80,7 +73,7 @@ def is_table(value: object) -> bool:
 
 
 def setting(text: str, default: Any = ..., unit: str = "", of: str = "", **bounds: Any) -> Any:
-    """A setting: what it is, its default, its unit, and bounds as pydantic has them.
+    """A setting with bounds as pydantic has them.
 
     It may be ``of`` what a scene must have: an ``axis``, ``species`` (a table has a value for each)
     or ``some species``.
@@ -265,8 +258,8 @@ def check_table(
 ) -> Refusals:  # fmt: skip
     """Names of species, pairs or triples that there are not, two values of one, those without any.
 
-    Names may be read from either end; all ``there`` are, each as its lesser direction. The example
-    is a usual value, or '' where values may be left out.
+    All ``there`` are in their lesser direction. The example is a usual value, or '' where values
+    may be left out.
     """
     there, species, wrong = list(there), set(scene.species), False
     known = set(there)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from pathlib import Path
+from typing import Any, ClassVar, Self
 
 from pydantic import ConfigDict
 
@@ -20,10 +21,6 @@ from dpd.page.base import (
     is_table,
     setting,
 )  # fmt: skip
-
-if TYPE_CHECKING:
-    from pathlib import Path
-    from typing import Self
 
 Given = tuple[tuple[str, ...], str, str]  # of a variable: dimensions, units, long_name
 NEEDED = ("integrator", "repulsion", "thermostat")  # terms in every scene
@@ -91,8 +88,8 @@ class Observable(Page):
     def measure(self, now: Any) -> Any:
         """What it sees in a `dpd.observe.common.snapshot.Snapshot`: each of ``gives`` by name.
 
-        A number or an array for one that gives a single variable. What is compared over lags has
-        the name ``compared``, if there is anything else. What a scene does not have is left out.
+        Of a single variable the number or array itself. What is compared over lags has the name
+        ``compared``, if there is anything else. What a scene does not have is left out.
         """
         raise NotImplementedError
 
@@ -157,7 +154,7 @@ class Observable(Page):
 
 
 class StartForces(Section):
-    """Forces of growth and relaxation; terms have their key here, with the settings that differ."""
+    """Forces of growth and relaxation; under the keys of terms stand settings that differ."""
 
     model_config = ConfigDict(extra="allow")
     gamma: float | None = setting("Friction.", None, ge=0, le=1e6)
@@ -230,8 +227,8 @@ class Start(Page):
     def make(self, scene: Any, progress: Any, say: Any) -> Any:
         """A `dpd.engine.state.State`, of one that does more than to place beads.
 
-        ``progress``, or None, is called with the number of beads that are in their molecules, then
-        of steps more; ``say`` with a sentence for what a person should know.
+        ``progress``, or None, is called with the number of beads in molecules, then of steps more;
+        ``say`` with a sentence for what a person should know.
         """
         return None
 
@@ -335,10 +332,9 @@ class Term(Page):
 class PairForce(Term):
     """A conservative force between pairs of a user's own, beside the repulsion.
 
-    In its formulas a setting is the number of the pair at hand (``self.depth``), whether a scene
-    gives one for all or a table by pairs of species; r is the distance in r_c and w = 1 - r. They
-    are plain Python with `math`, and end at the cutoff, r = 1. Functions that they call are marked
-    with `part`.
+    In its formulas a setting is the number of the pair at hand (``self.depth``), r is the distance
+    in r_c, and w = 1 - r. They are plain Python with `math`, and end at the cutoff, r = 1.
+    Functions that they call are marked with `part`.
     """
 
     in_start = True
@@ -384,10 +380,9 @@ class BondedForce(Term):
 class BondForce(BondedForce):
     """A law of bonds; a scene names one of those that there are.
 
-    As in a `PairForce` a setting is the number of the bond at hand, whether a scene gives one for
-    all or a table by pairs of species that are bonded, and formulas are plain Python with `math`; r
-    is the length in r_c. A page may have a ``curvature(r)``, the slope of the slope of the energy,
-    instead of a difference of forces.
+    As in a `PairForce` a setting is the number of the bond at hand, and formulas are plain Python
+    with `math`; r is the length in r_c. A page may have a ``curvature(r)``, the slope of the slope
+    of the energy, instead of a difference of forces.
     """
 
     untried = "schemes were measured with 'bond', not {key!r}; take gw-vv and try dt"
@@ -402,10 +397,7 @@ class BondForce(BondedForce):
         raise NotImplementedError
 
     def at_rest(self) -> float:
-        """Length of bonds in a random start, in r_c, of a law of numbers; 0 if any may do.
-
-        If not given, it is that of least energy.
-        """
+        """Length of bonds in a random start, in r_c: that of least energy; 0 if any may do."""
         from dpd.laws import least_energy
 
         return least_energy(self)

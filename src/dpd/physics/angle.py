@@ -17,7 +17,7 @@ from dpd.page import BondedForce, OneOrTable, Refusals, Section, Triple, check_t
 
 
 class Angle(Section):
-    """A harmonic angle; formulas and kernels have the one at rest in radians."""
+    """A harmonic angle; in formulas and kernels the one at rest is in radians."""
 
     stiffness: float = setting("Stiffness k.", unit="kT / rad^2", ge=0, le=1e7)
     angle: float = setting("Angle at rest in degrees; 180 is straight.", 180.0, ge=0, le=180)
@@ -48,7 +48,6 @@ class HarmonicAngles(BondedForce, key="angle"):
     law: OneOrTable[Angle, Triple] = setting("One law, or one for each three species.")
 
     def laws(self, scene: Any) -> dict[str, Any]:
-        """In radians."""
         laws = super().laws(scene).items()
         return {key: Angle(stiffness=law.stiffness, angle=radians(law.angle)) for key, law in laws}
 

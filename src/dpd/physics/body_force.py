@@ -43,21 +43,18 @@ class DrivingForce(Term, key="body_force"):
         strengths = np.array(scene.by_species(self.strength))
         forces = np.bincount(scene.kinds, minlength=len(scene.species)) * strengths
         adds_up = abs(forces.sum()) > BALANCED * abs(forces).sum()
-        if adds_up and not (self.opposite or self._is_held(scene) or scene.brakes):
+        is_held = "xyz".index(self.axis) in scene.ended
+        if adds_up and not (self.opposite or is_held or scene.brakes):
             text = f"along {self.axis} nothing brakes the beads; give walls with a gamma, or "
             yield "", f"{text}'opposite', or strengths of which the sum over all beads is 0"
         if Change.FLOWS in self.changes(scene) and not scene.takes_heat:
             text = "nothing takes up the heat of the flow; allowed: thermostat.gamma > 0, or walls "
             yield "", f"{text}with a gamma"
 
-    def _is_held(self, scene):
-        """Whether a wall stands against it."""
-        return "xyz".index(self.axis) in scene.ended
-
     def changes(self, scene: Any) -> frozenset[Change]:
         drives = any(scene.by_species(self.strength))
-        flows = drives and (self.opposite is not None or not self._is_held(scene))
-        return frozenset({Change.FLOWS} if flows else ())
+        flows = self.opposite is not None or "xyz".index(self.axis) not in scene.ended
+        return frozenset({Change.FLOWS} if drives and flows else ())
 
     def across(self, scene: Any) -> tuple[int, ...]:
         return ("xyz".index(self.opposite),) if self.opposite else ()
@@ -70,8 +67,6 @@ class DrivingForce(Term, key="body_force"):
 
 
 class BodyForce(NamedTuple):
-    """A constant force on every bead."""
-
     strength: np.ndarray  # (species,): in kT / r_c
     axis: int  # that it acts along
     across: int  # the axis on which the position decides about its direction

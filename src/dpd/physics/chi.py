@@ -1,22 +1,19 @@
 """`chi` of a scene: the repulsion between two species, from how badly they mix.
 
-The relation was measured where both kinds of molecules have one length. Of several lengths the
-shortest decides whether the relation of single beads is taken or that of chains (they differ by
-7 %), and all must be within the range that was measured.
+The relation was measured where both kinds of molecules have one length. Of several the shortest
+decides between those of single beads and of chains (7 % apart); all must be within the range.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterator
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from dpd.errors import UserError
 from dpd.laws import numbers_of
 from dpd.page import PairTable, Refusals, Term, no_species, setting
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 MEASURED_WITH = {"stiffness": 2, "length": 0}  # the bonds of the chains
 
@@ -36,7 +33,6 @@ class Chi(Term, key="chi"):
     pairs: PairTable[Annotated[float, Field(ge=0, le=1000)]] = setting("The parameter chi.")
 
     def repulsions(self, scene: Any) -> dict[str, float]:
-        """a_AB in kT / r_c by pairs, as the scene writes them."""
         return {pair: self._repulsion(scene, pair) for pair in self.pairs}
 
     def _repulsion(self, scene, pair):

@@ -31,8 +31,9 @@ u / s, with s = 1 / sqrt(2 mu), follows the same equations with g / (2 mu) in th
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
 import yaml
 from pydantic import Field, PrivateAttr
@@ -41,9 +42,6 @@ from dpd.errors import UserError
 from dpd.page import Change, Refusals, Term, setting
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from typing import Self
-
     import numpy as np
 
 # What the benchmark found for a fluid and for a melt of stiff bonds, at two frictions: the scheme
@@ -57,8 +55,6 @@ SHARDLOW, EXACT, LOWE = 0, 1, 2
 
 
 class Scheme(NamedTuple):
-    """One scheme."""
-
     acceleration: float  # c
     prediction: float | None  # lambda; None for 1 - b, the first share of the kick, or for nothing
     correction: float  # b
@@ -177,9 +173,7 @@ class Integrator(Term, key="integrator"):
 
 
 def choose(scene: Any, tolerance: float) -> dict[str, Any]:
-    """A guess at ``scheme``, ``lambda`` and ``dt``, for a relative error in pressure and kT.
-
-    Other scenes heat up at other steps: `dpd.runs.auto` tries it on the scene itself.
+    """A guess at ``scheme``, ``lambda`` and ``dt``, which `dpd.runs.auto` tries on the scene.
 
     The step is that of the measured system, shorter where this one is stiffer (as
     1 / sqrt(stiffness), the period of its fastest motion) or hotter; the lightest beads count, and

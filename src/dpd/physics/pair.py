@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, Tag, ValidationError
 
@@ -18,8 +18,6 @@ from dpd.errors import UserError, reason
 from dpd.page import OR_TABLE, PairForce, PairTable, Refusals, Section, check_table, setting
 
 if TYPE_CHECKING:
-    from typing import Self
-
     import numpy as np
 
 CELLS = 1000
@@ -129,10 +127,7 @@ class TabulatedForces(PairForce, key="pair"):
 
 
 def on_grid(table: Table) -> np.ndarray:
-    """(`CELLS`, 5) array: energy where each cell begins, and four coefficients of its force.
-
-    Nearer than the first row the force goes on along a straight line.
-    """
+    """(`CELLS`, 5) array: energy where each cell begins, and four coefficients of its force."""
     import numpy as np
     from scipy.interpolate import CubicSpline
 

@@ -23,15 +23,12 @@ those decide how fast it is explored.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 
 from dpd.page import Change, Positive, Refusals, Term, setting
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Self
 
 TRIALS = 5  # in a relaxation time, unless the scene says how many steps lie between them
 
@@ -135,8 +132,6 @@ class Look(NamedTuple):
 
 
 class Pressure(NamedTuple):
-    """Constant pressure."""
-
     target: float  # P_0
     time: float  # tau
     compressibility: float  # beta
@@ -168,14 +163,7 @@ class Pressure(NamedTuple):
         return enthalpy / kT + proposal - math.log(other / root)
 
 
-class Draw(NamedTuple):
-    """The random numbers of a trial: standard normal, and uniform in (0, 1]."""
-
-    normal: float
-    chance: float
-
-
-def draw(seed: int, step: int) -> Draw:
-    """Random numbers of the trial at a step: a function of seed and step alone."""
+def draw(seed: int, step: int) -> tuple[float, float]:
+    """Random numbers of the trial at a step: standard normal, and uniform in (0, 1]."""
     rng = np.random.Generator(np.random.Philox(key=[seed, STREAM], counter=[step, 0, 0, 0]))
-    return Draw(float(rng.standard_normal()), 1.0 - float(rng.random()))
+    return float(rng.standard_normal()), 1.0 - float(rng.random())

@@ -47,8 +47,6 @@ class SoftRepulsion(Term, key="repulsion"):
 
 
 class Soft(NamedTuple):
-    """The soft repulsion."""
-
     repulsion: np.ndarray  # (species, species): a_ij in kT / r_c
 
     def force(self, a: float, r: float, w: float) -> float:

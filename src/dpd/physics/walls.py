@@ -114,12 +114,11 @@ class SoftWalls(Term, key="walls"):
         return float(max(1, math.ceil(min(deep, DEEPEST))))
 
     def changes(self, scene: Any) -> frozenset[Change]:
-        """The fluid ends; and flows between walls that move."""
         moves = any(map(any, self.velocity or ()))
         return frozenset({Change.ENDS, Change.FLOWS} if moves else {Change.ENDS})
 
     def gap(self, scene: Any, axis: int) -> float:
-        """Room behind a plane, and a cutoff: beads behind opposite planes never feel each other."""
+        """With a cutoff: beads behind opposite planes never feel each other."""
         return self.reach(scene) + 1.0 if axis in self.axes() else 0.0
 
     def across(self, scene: Any) -> tuple[int, ...]:

@@ -1,18 +1,17 @@
 """The record of all that acts on beads, what it is made of, and how kernels call a term of it.
 
-A term is a record whose methods are its force, its energy and its curvature. Numba knows the class
-of a record when it compiles, so `force(term, ...)` in a kernel becomes the method of that class.
-
-The engine knows one conservative force between pairs, a record with ``force(a, r, w)``, ``energy``
-and ``curvature``, and takes for a the entry of its table ``repulsion`` for the two species. With
-pair forces beside the repulsion one record adds up all of them, and that table holds the number of
-the pair of species, by which each force finds its own numbers.
+A term is a record whose methods are its force, its energy and its curvature: `force(term, ...)` in
+a kernel becomes the method of its class. The engine knows one conservative force between pairs,
+``force(a, r, w)``, where a is the entry of its table ``repulsion`` for the two species. With pair
+forces beside the repulsion one record adds up all of them, and that table holds the number of the
+pair of species, by which each force finds its own numbers.
 """
 
 from __future__ import annotations
 
 import sys
 from collections import namedtuple
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -23,12 +22,9 @@ from numba.extending import overload
 
 from dpd.digest import text_digest
 from dpd.jit import INLINED, method
-from dpd.page import Section
+from dpd.page import PairForce, Section
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
-    from dpd.page import PairForce
     from dpd.physics.body_force import BodyForce
     from dpd.physics.core import Core
     from dpd.physics.integrator import Exchange
@@ -116,9 +112,8 @@ def record_class(
 ) -> type[Any]:
     """A NamedTuple with the formulas of a page, and others that it does not give.
 
-    It is made once, in the module of the page, where kernels on the disk find it. Its name carries
-    that of the module, with the digest of a file of one's own: Numba tells the arguments of a
-    kernel apart by the names of their classes.
+    It is made once, in the module of the page, where kernels on the disk find it, and named after
+    that: Numba tells the arguments of a kernel apart by the names of their classes.
     """
     module, fields = sys.modules[page.__module__], tuple(fields)
     name = f"{page.__name__}_{page.__module__}".replace(".", "_")
@@ -139,8 +134,7 @@ def record_class(
 def pair_record(page: PairForce, scene: Any) -> Any:
     """The numbers of a pair force, ``self`` of its formulas; by pairs of species a flat table."""
     values = page.numbers(scene)
-    for name in type(page).model_fields if not values else ():
-        value = getattr(page, name)
+    for name, value in page if not values else ():
         if isinstance(value, dict):
             value = np.ascontiguousarray(scene.by_pair(value).ravel())
         if isinstance(value, int | float | np.ndarray):

@@ -1,7 +1,4 @@
-"""Pair noise as a pure function of (seed, step, pair of bead identities).
-
-So it does not matter in which order pairs are found, nor whether the run was interrupted.
-"""
+"""Pair noise as a function of (seed, step, pair of bead identities), whatever their order."""
 
 from typing import NamedTuple
 
@@ -25,18 +22,13 @@ SINE_STEPS = tuple(-1.0 / (2 * k * (2 * k + 1)) for k in range(1, 12))  # from t
 
 
 class Keys(NamedTuple):
-    """Of a step."""
-
     first: int  # 32 bits, as the other
     second: int
 
 
 @inlined()
 def mix32(h):
-    """Mix 32 bits so that each input bit flips half of the output bits.
-
-    Multiplicative xorshift hash, constants found by C. Wellons' search for low bias.
-    """
+    """Multiplicative xorshift hash, constants found by C. Wellons' search for low bias."""
     h = uint32(h ^ (h >> uint32(16)))
     h = uint32(h * uint32(0x7FEB352D))
     h = uint32(h ^ (h >> uint32(15)))
