@@ -40,8 +40,3 @@ def usual_lengths(law: Any, kT: float) -> list[float]:
     energy = energies(law, r)
     usual = r[energy <= energy.min() + USUAL * kT]
     return usual[:: max(1, len(usual) // 50)].tolist()
-
-
-def numbers_of(law: Any) -> dict[str, float]:
-    """The settings of a law that are numbers."""
-    return {name: float(value) for name, value in law if isinstance(value, int | float)}

@@ -320,8 +320,7 @@ def _digest_of(stage, pages):
     modules = {type(page).__module__ for page in pages}
     ours = sorted(name for name in modules if name.startswith("dpd."))
     own = sorted(name.rpartition("_")[2] for name in modules.difference(ours))
-    found = _of_ours(stage, *ours)
-    return text_digest(" ".join([found, *own])) if own else found
+    return text_digest(" ".join([_of_ours(stage, *ours), *own]))
 
 
 @cached_on_disk
@@ -329,8 +328,8 @@ def _of_ours(stage, *pages):
     return _digest((*STAGES[stage], *pages), unused(pages) | NOT_IN_RUNS)
 
 
-def unused(pages: Iterable[str]) -> frozenset[Path]:
+def unused(pages: Iterable[str]) -> frozenset[Path | None]:
     """Files of terms other than those of what acts in a scene, and than those that they import."""
     acting = {path for page in pages if (path := file_of(page))}
     acting = acting.union(*(source_of(path).imports for path in acting))
-    return frozenset(Term.folder / f"{key}.py" for key in names(Term)) - acting
+    return frozenset(file_of(module_of(Term, key)) for key in names(Term)) - acting

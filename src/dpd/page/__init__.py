@@ -7,10 +7,10 @@ Nothing at the top of a page imports Numba: kernels come with the first step.
 # ruff: noqa: F401
 # isort: off
 from dpd.page.base import (
-    LARGEST_SEED, MOST_STEPS, NAMES, OR_LIST, OR_TABLE, PARTS, Axis, Calculation, Change,
-    NotNegative, OneOrMore, OneOrTable, Page, Pair, PairTable, PerPair, PerSpecies, Positive,
-    Quantity, Refusals, Section, Species, Triple, check_table, find, inside,
-    interval_setting, is_table, module_of, names, no_species, once, part, setting,
+    LARGEST_SEED, MOST_STEPS, NAMES, PARTS, Axis, Calculation, Change, NotNegative, OneOr,
+    OneOrMore, OneOrTable, Page, Pair, PairTable, PerPair, PerSpecies, Positive, Quantity, Refusals,
+    Section, Species, Table, Triple, check_table, find, inside, interval_setting, is_table,
+    module_of, names, no_species, once, part, setting,
 )  # fmt: skip
 from dpd.page.kinds import (
     KINDS, NEEDED, BondedForce, BondForce, Given, Observable, PairForce, Start, Term,

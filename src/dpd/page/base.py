@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple,
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator
 
+from dpd.digest import PACKAGE
 from dpd.errors import shown, suggestion
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 Refusals = Iterator[tuple[str, str]]  # a key inside of its settings, or none, and what is wrong
 
-PACKAGE = Path(__file__).parent.parent
 MOST_STEPS = 10**12
 LARGEST_SEED = 2**63 - 1
 MOST_NAMED = 20  # pairs or triples in a message
@@ -53,16 +53,16 @@ Triple = Annotated[str, Field(pattern=TRIPLE)]
 # Which branch a value is meant for, by its kind: so only errors of that are told.
 OR_TABLE = Discriminator(lambda value: "=table" if isinstance(value, dict | BaseModel) else "=one")
 OR_LIST = Discriminator(lambda value: "=list" if isinstance(value, list) else "=one")
+OR_LAWS = Discriminator(lambda value: "=table" if is_table(value) else "=one")
 _One = Annotated[N, Tag("=one")]
-_Table = Annotated[dict[K, N], Field(min_length=1), Tag("=table")]
-PerSpecies = Annotated[_One[N] | _Table[Species, N], OR_TABLE]
-PerPair = Annotated[_One[N] | _Table[Pair, N], OR_TABLE]
+Table = Annotated[dict[K, N], Field(min_length=1)]
+PairTable = Table[Pair, N]
+OneOr = Annotated[_One[N] | Annotated[K, Tag("=table")], OR_TABLE]  # K: a table, or a section
+PerSpecies = OneOr[N, Table[Species, N]]
+PerPair = OneOr[N, Table[Pair, N]]
 OneOrMore = Annotated[_One[N] | Annotated[list[N], Field(min_length=1), Tag("=list")], OR_LIST]
-PairTable = Annotated[dict[Pair, N], Field(min_length=1)]
+OneOrTable = Annotated[_One[N] | Annotated[Table[K, N], Tag("=table")], OR_LAWS]
 Axis = Literal["x", "y", "z"]
-OneOrTable = Annotated[
-    _One[N] | _Table[K, N], Discriminator(lambda value: "=table" if is_table(value) else "=one")
-]
 Positive = Annotated[float, Field(gt=0, le=1e6)]
 NotNegative = Annotated[float, Field(ge=0, le=1e6)]
 
@@ -119,9 +119,8 @@ class Section(BaseModel):
 
 
 class Page(Section):
-    """A page; pages of a kind stand in one folder."""
+    """A page; those of a kind stand in one package, each in a file that is called by its key."""
 
-    folder: ClassVar[Path]  # each page in a file that is called by its key
     package: ClassVar[str]
     key: ClassVar[str] = ""
     bare: ClassVar[str] = ""  # setting that the section stands for, if it is no table of settings
@@ -223,8 +222,8 @@ def part(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def names(kind: type[Page]) -> list[str]:
     """Keys of all pages of a kind; nothing is imported."""
-    files = (name for name in os.listdir(kind.folder) if name.endswith(".py"))
-    return sorted(name.removesuffix(".py") for name in files if not name.startswith("_"))
+    files = os.listdir(PACKAGE / kind.package.removeprefix("dpd."))
+    return sorted(name[:-3] for name in files if name.endswith(".py") and name[0] != "_")
 
 
 def module_of(kind: type[Page], key: str) -> str:

@@ -10,7 +10,6 @@ from pydantic import ConfigDict
 
 from dpd.page.base import (
     LARGEST_SEED,
-    PACKAGE,
     Change,
     Page,
     Refusals,
@@ -32,7 +31,6 @@ MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of th
 class Observable(Page):
     """Something that is measured while a system runs; see `dpd.observe`."""
 
-    folder = PACKAGE / "observe"
     package = "dpd.observe"
     _pages: ClassVar[dict[str, type[Page]]] = {}
 
@@ -170,7 +168,6 @@ class Relax(Section):
 class Start(Page):
     """The first configuration."""
 
-    folder = PACKAGE / "start"
     package = "dpd.start"
     _pages: ClassVar[dict[str, type[Page]]] = {}
     # Steps of the engine that take about as long as it does, beside those of ``relax``. Where it
@@ -244,11 +241,11 @@ class Start(Page):
 class Term(Page):
     """Something that acts on beads or on the box; its key is a section of the scene."""
 
-    folder = PACKAGE / "physics"
     package = "dpd.physics"
     _pages: ClassVar[dict[str, type[Page]]] = {}
     stands = frozenset(Change)
     makes: ClassVar[frozenset[Change]] = frozenset()  # what it does to the world; see `changes`
+    barostat_axes: ClassVar[str] = ""  # along which it stretches the box: "all", one, or none
     # what it is there for, by which the axes come first that the fluid changes across
     mainly: ClassVar[Change | None] = None
     in_kernels: ClassVar[bool] = True  # whether kernels know it
@@ -281,10 +278,6 @@ class Term(Page):
     def room(self, scene: Any) -> tuple[float, ...]:
         """The least distances that images of a bead may have along each axis, in r_c."""
         return tuple(scene.period)
-
-    def barostat_axes(self) -> str:
-        """The axes along which it changes the size of the box: ``all``, one of them, or nothing."""
-        return ""
 
     def across(self, scene: Any) -> tuple[int, ...]:
         """The axes across which the fluid changes because of it."""

@@ -12,7 +12,6 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from dpd.errors import UserError
-from dpd.laws import numbers_of
 from dpd.page import PairTable, Refusals, Term, no_species, setting
 
 MEASURED_WITH = {"stiffness": 2, "length": 0}  # the bonds of the chains
@@ -79,7 +78,7 @@ class Chi(Term, key="chi"):
             found = scene.repulsions[pair]
             yield f"chi.{pair}: {chi:g} makes a_ij {found:.4f}, by {relation}"
         bonds = scene.bond_force.laws(scene).values() if scene.bond_force else ()
-        alike = all(numbers_of(law) == MEASURED_WITH for law in bonds)
+        alike = all(dict(law) == MEASURED_WITH for law in bonds)
         if max(shortest.values()) > 1 and not alike:
             yield (
                 "chi was measured with bonds of stiffness 2 and length 0; with stiffness 4 we find "

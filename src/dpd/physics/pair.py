@@ -12,10 +12,10 @@ import csv
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import Field, Tag, ValidationError
+from pydantic import Field, ValidationError
 
 from dpd.errors import UserError, reason
-from dpd.page import OR_TABLE, PairForce, PairTable, Refusals, Section, check_table, setting
+from dpd.page import OneOr, PairForce, PairTable, Refusals, Section, check_table, setting
 
 if TYPE_CHECKING:
     import numpy as np
@@ -72,12 +72,9 @@ class TabulatedForces(PairForce, key="pair"):
 
     bare = "files"
     caption = "forces from tables"
-    files: PairTable[
-        Annotated[
-            Annotated[str, Field(min_length=1), Tag("=one")] | Annotated[Table, Tag("=table")],
-            OR_TABLE,
-        ]
-    ] = setting("A file for each pair of species.")
+    files: PairTable[OneOr[Annotated[str, Field(min_length=1)], Table]] = setting(
+        "A file for each pair of species."
+    )
 
     def conflicts(self) -> Refusals:
         for pair, table in self.files.items():

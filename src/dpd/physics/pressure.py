@@ -91,7 +91,8 @@ class ConstantPressure(Term, key="pressure"):
                 text = f"{self.every} steps are longer than the relaxation time; allowed: <= {most}"
                 yield "every", text
 
-    def barostat_axes(self) -> str:
+    @property
+    def barostat_axes(self) -> str:  # type: ignore[override]
         return self.axes
 
     def records(self, scene: Any) -> dict[str, Any]:

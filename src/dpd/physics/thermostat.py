@@ -22,22 +22,11 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field, Tag
+from pydantic import Field
 
-from dpd.page import (
-    OR_TABLE,
-    NotNegative,
-    Refusals,
-    Term,
-    check_table,
-    inside,
-    setting,
-)  # fmt: skip
+from dpd.page import NotNegative, OneOr, Refusals, Table, Term, check_table, inside, setting
 
-# By pairs of species; for langevin by species.
-_Table = Annotated[
-    dict[Annotated[str, Field(pattern=r"^\S+( \S+)?$")], NotNegative], Field(min_length=1)
-]
+OneOrTwo = Annotated[str, Field(pattern=r"^\S+( \S+)?$")]  # species; for langevin one
 
 
 class Thermostat(Term, key="thermostat"):
@@ -49,9 +38,7 @@ class Thermostat(Term, key="thermostat"):
         "not conserve momentum.", "dpd",
     )  # fmt: skip
     kT: float = setting("Temperature.", 1.0, ge=1e-6, le=1e6)
-    gamma: Annotated[
-        Annotated[NotNegative, Tag("=one")] | Annotated[_Table, Tag("=table")], OR_TABLE
-    ] = setting(
+    gamma: OneOr[NotNegative, Table[OneOrTwo, NotNegative]] = setting(
         "Friction; 0 for none, and then no noise either. One number, or one for each pair of "
         "species, as {A A: 4.5, A B: 9, B B: 4.5}; for langevin one for each species, as {A: 4.5, "
         "B: 9}. In lowe-andersen it is the rate at which a pair takes a new velocity.", 4.5,

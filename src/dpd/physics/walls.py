@@ -22,17 +22,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from dpd.page import (
-    Axis,
-    Change,
-    NotNegative,
-    OneOrMore,
-    PerSpecies,
-    Positive,
-    Refusals,
-    Term,
-    setting,
-)  # fmt: skip
+from dpd.page import Axis, Change, OneOrMore, PerSpecies, Positive, Refusals, Term, setting
 from dpd.physics.thermostat import Friction
 
 RANGE = 1.0  # of a wall's force in r_c
@@ -70,9 +60,9 @@ class SoftWalls(Term, key="walls"):
         "Force a_w at the plane, one number or one per species, as {A: 25, B: 40}.",
         unit="kT / r_c", of="species",
     )  # fmt: skip
-    gamma: NotNegative = setting(
+    gamma: float = setting(
         "Friction of beads with the walls, with the noise that belongs to it; 0 for smooth walls, "
-        "along which beads slip.", 0.0,
+        "along which beads slip.", 0.0, ge=0, le=1e6,
     )  # fmt: skip
     velocity: Annotated[list[Velocity], Field(min_length=2, max_length=2)] | None = setting(
         "Velocities of the lower and of the upper wall, as [[-1, 0, 0], [1, 0, 0]]; needs a gamma, "

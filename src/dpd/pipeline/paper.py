@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field, Tag
+from pydantic import Field
 
 from dpd.digest import PAPERS_DIR, ROOT, shortened
 from dpd.errors import UserError, shown, suggestion
-from dpd.page import NAMES, OR_TABLE, Refusals, Section, inside, setting
+from dpd.page import NAMES, OneOr, Refusals, Section, inside, setting
 from dpd.pipeline.sweep import Sweep, SweepFile, Value, unfold
 from dpd.scene.yaml import read_section, read_yaml
 
@@ -44,10 +44,9 @@ class Config(Section):
     """Which study of which papers."""
 
     study: str = setting("Name of one of the studies.")
-    studies: dict[
-        str,
-        Annotated[Annotated[str, Tag("=one")] | Annotated[Study, Tag("=table")], OR_TABLE],
-    ] = setting("Studies by name; a name alone is that of the parent, as `night: quick`.")
+    studies: dict[str, OneOr[str, Study]] = setting(
+        "Studies by name; a name alone is that of the parent, as `night: quick`."
+    )
     seed: int = setting(
         "That all random numbers of the study follow from. With another than 1 its results are "
         "results/STUDY-seedN, and STUDY-seedN is its name in all commands.", 1, ge=1, le=10**9,

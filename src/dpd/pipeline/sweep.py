@@ -9,20 +9,12 @@ from math import prod
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 from zlib import crc32
 
-from pydantic import Field, Tag
+from pydantic import Field
 
 from dpd.digest import value_digest
 from dpd.errors import UserError, shown, suggestion
 from dpd.own import calculations_of
-from dpd.page import (
-    NAMES,
-    OR_TABLE,
-    OneOrMore,
-    Refusals,
-    Section,
-    inside,
-    setting,
-)
+from dpd.page import NAMES, OneOr, OneOrMore, Refusals, Section, inside, setting
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import changed, merge, read_section
 
@@ -71,9 +63,7 @@ class SweptAxis(Section):
         "Key or keys of the scene, or of the theory, that take the value, joined with dots; "
         "numbers count list items from 0.", None,
     )  # fmt: skip
-    values: Annotated[
-        Annotated[list[Value], Tag("=one")] | Annotated[Labelled, Tag("=table")], OR_TABLE
-    ] = setting(
+    values: OneOr[list[Value], Labelled] = setting(
         "Numbers or names to put there; or a map from a label to the parts of the scene, or of the "
         "theory, that it changes."
     )

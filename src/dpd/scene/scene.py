@@ -307,7 +307,7 @@ class Scene(Settings):
     @property
     def barostat_axes(self) -> str:
         """The axes along which the box changes its size: ``all``, one of them, or nothing."""
-        return "".join(term.barostat_axes() for term in self.terms.values())
+        return "".join(term.barostat_axes for term in self.terms.values())
 
     @property
     def across(self) -> tuple[int, ...]:

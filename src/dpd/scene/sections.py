@@ -6,13 +6,13 @@ import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, Tag, field_validator
+from pydantic import Field, field_validator
 
 from dpd.page import (
     LARGEST_SEED,
     MOST_STEPS,
-    OR_TABLE,
     BondForce,
+    OneOr,
     OneOrMore,
     Refusals,
     Section,
@@ -132,11 +132,7 @@ class Basics(Section):
         "Values of forces, thermostat, integrator and the like that change while the system runs, "
         "in the order of their steps; `dpd.Simulation` writes down here what it was told.", None,
     )  # fmt: skip
-    pages: list[
-        Annotated[
-            Annotated[str, Tag("=one")] | Annotated[PageFile, Tag("=table")], OR_TABLE
-        ]
-    ] = setting(
+    pages: list[OneOr[str, PageFile]] = setting(
         "Python files with pages of your own; a relative path counts from the file of the "
         "scene.", [],
     )  # fmt: skip

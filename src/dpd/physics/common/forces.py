@@ -144,9 +144,7 @@ def pair_record(page: PairForce, scene: Any) -> Any:
 
 def bond_record(laws: Sequence[Any], number: np.ndarray | None) -> Any:
     """The numbers of laws along bonds; where they differ with the place, (n,) uint16, of each."""
-    from dpd.laws import numbers_of
-
-    each = [numbers_of(law) for law in laws]
+    each = [{name: float(v) for name, v in law if isinstance(v, int | float)} for law in laws]
     values: dict[str, Any] = each[0]
     if number is not None:
         values = {name: np.array([numbers[name] for numbers in each]) for name in values}
