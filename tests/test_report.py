@@ -11,6 +11,8 @@ import pytest
 import xarray as xr
 from matplotlib import pyplot as plt
 
+import dpd
+from dpd.analysis.collect import load
 from dpd.analysis.statistics import widening
 from dpd.analysis.verdicts import COLUMNS, Measured, judge
 from dpd.commands.main import main
@@ -21,9 +23,20 @@ from dpd.report import style
 from dpd.report.archive import ARCHIVE, compared, table_of
 from dpd.report.page import write_page
 from dpd.report.rows import LEADS, by_name, read_rows, sentences
-from dpd.report.text import label
+from dpd.report.run_page import off, quantities
+from dpd.report.text import label, typeset
+from dpd.runs.result import scene_of
 from tests.test_pipeline import SMOKE, copy_repository, snakemake
 
+SURFACTANT = {
+    "dimension": 3,
+    "box": 6,
+    "molecules": [{"architecture": "A B 2", "count": 100}, {"architecture": "W", "density": 1.6}],
+    "repulsion": {"A A": 25, "B B": 25, "W W": 25, "A B": 50, "A W": 25, "B W": 80},
+    "bond": {"stiffness": 50, "length": 0.5},
+    "integrator": {"scheme": "gw-vv", "dt": 0.04},
+    "steps": {"equilibrate": 0, "sample": 400},
+}
 VERDICTS = {  # figure of the first paper, kind, verdict, value
     "alpha": ("fig02_shapes", "simulated", "replicated", 0.1),
     "beta < 2": ("fig02_shapes", "simulated", "deviates", 2.5),
@@ -140,6 +153,29 @@ def test_a_page_of_a_study_that_runs(tmp_path):
     points = len(read_paper("example", "smoke").sweeps["pressure"].points)
     assert f"0 of 1 figures are made, 0 of {points} runs done" in page
     assert '<p class="blank">Not made yet.</p>' in page
+
+
+def test_the_page_of_a_run(tmp_path, monkeypatch):
+    """A panel for all that was measured, and what is off."""
+    monkeypatch.chdir(tmp_path)
+    observe = ["thermo", "rdf", "chains", "displacement", {"profile": {"every": 10}}]
+    dpd.run(SURFACTANT | {"observe": observe}, output="run.nc")
+    assert main(["report", "run.nc"]) == 0
+    page = Path("run.html").read_text(encoding="utf-8")
+    run = load("run.nc")
+    for name in ("kT", "pressure", "rdf", "density_profile", "msd_centre", "gyration_square"):
+        assert str(typeset(run[name].long_name)) in page, name
+    assert page.count("data:image/png") > 6 and not re.search(r"(src|href)=.?http", page)
+    assert main(["report", "run.nc"]) == 1  # it is there
+
+    scene = scene_of("run.nc", run.attrs)
+    still, n = run[["kT", "time"]].drop_attrs(deep=False).assign_attrs(lost_step=-1), len(run.kT)
+    still["kT"].values[:] = 1 + np.random.default_rng(1).normal(0, 0.01, n)
+    assert not list(off(still, [*quantities(still, scene)]))
+    still["kT"].values += 0.05
+    assert "and 1 is set" in " ".join(off(still, [*quantities(still, scene)]))
+    still["kT"].values[n // 2 :] -= 0.05
+    assert "halves of the run differ" in " ".join(off(still, [*quantities(still, scene)]))
 
 
 @pytest.mark.parametrize("paper", read_config()["papers"])

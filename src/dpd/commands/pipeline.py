@@ -223,24 +223,6 @@ def verdicts(options: Namespace) -> None:
     _write(options.output, table.to_csv(index=False))
 
 
-@command(
-    "study", PAPERS,
-    option("--results", type=Path, required=True, metavar="FOLDER", help="results of the study"),
-    option("--archived", type=Path, metavar="FILE", help="verdicts of a long study"),
-    output="report.html",
-)  # fmt: skip
-def report(options: Namespace) -> None:
-    """Write the report, from the figures that are made so far."""
-    from dpd.pipeline.paper import read_paper, read_study
-    from dpd.report.page import write_page
-
-    papers = [read_paper(name, options.study, only=[]) for name in options.papers]
-    description = read_study(options.study).description
-    write_page(
-        options.study, description, papers, options.results, options.output, options.archived
-    )
-
-
 NAMED = "a study, a folder of its results or archive, or a verdict table"
 
 

@@ -211,6 +211,45 @@ def draw(options: Namespace) -> None:
 
 
 @command(
+    option("of", help="run.nc of a run; or a study, of which the rest says more"),
+    option("papers", nargs="*", help="of a study"),
+    option("--results", type=Path, metavar="FOLDER", help="of a study"),
+    option("--archived", type=Path, metavar="FILE", help="verdicts of a long study"),
+    option("-o", "--output", type=Path, metavar="FILE",
+           help="report.html (default: beside the run)"),
+    OVERWRITE,
+)  # fmt: skip
+def report(options: Namespace) -> None:
+    """Write a page on a run: its means, panels of all that was measured, and what is off.
+
+    Of a study the report, from the figures that are made so far.
+    """
+    from dpd.files import check_output, refuse_to_replace
+
+    output = options.output or Path(options.of).with_suffix(".html")
+    check_output(output, ".html")
+    if options.of.endswith(".nc"):
+        if not (options.output or options.overwrite):  # nobody has named the page
+            refuse_to_replace(output)
+        from dpd.report.run_page import write_run_page
+
+        write_run_page(Path(options.of), output)
+        print(output)
+        return
+    if not (options.papers and options.results and options.output):
+        raise UserError(
+            f"{options.of}: is no run.nc; of a study, name its papers, --results and -o; "
+            "'snakemake --cores 2' writes its report"
+        )
+    from dpd.pipeline.paper import read_paper, read_study
+    from dpd.report.page import write_page
+
+    papers = [read_paper(name, options.of, only=[]) for name in options.papers]
+    description = read_study(options.of).description
+    write_page(options.of, description, papers, options.results, output, options.archived)
+
+
+@command(
     "source", "target",
     option("--frame", type=int, default=-1, metavar="N", help="of a trajectory or a density field, "
            "from 0, or from the end: -1 is the last (default)"),

@@ -15,7 +15,7 @@ from dpd.page import is_table
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
     from types import ModuleType
 
     import numpy.typing as npt
@@ -187,8 +187,7 @@ def sweep_line(sweep: xr.Dataset) -> str:
     """What a caption says of a collected sweep: system, forces, dynamics, sampling, axes."""
     texts = dict.fromkeys(map(str, sweep.scene.values.ravel()))
     scenes = [Scene.of_result(text, "sweep") for text in texts]
-    said = (_system(scenes), *_forces(scenes), _dynamics(scenes), _sampling(scenes, sweep))
-    line = "; ".join(phrase for phrase in said if phrase)
+    line = line_of(scenes, sweep.sizes["replica"])
     swept = []
     for axis in (sweep[name] for name in sweep.kT.dims if name != "replica"):
         values, units = span(axis.values), axis.attrs.get("units", "1")
@@ -197,6 +196,12 @@ def sweep_line(sweep: xr.Dataset) -> str:
         if not re.search(rf"(?<![\w.]){re.escape(values)}(?![\w.])", line):
             swept.append(f"{name} {values}" + (f" {units}" if units != "1" else ""))
     return f"{line}; swept: {', '.join(swept)}." if swept else f"{line}."
+
+
+def line_of(scenes: Sequence[Scene], replicas: int = 1) -> str:
+    """What a caption says of some scenes."""
+    said = (_system(scenes), *_forces(scenes), _dynamics(scenes), _sampling(scenes, replicas))
+    return "; ".join(phrase for phrase in said if phrase)
 
 
 def _system(scenes):
@@ -310,11 +315,10 @@ def _thermostat(scenes):
     return f"{bath}sigma = {sigma} (gamma = {gamma}), {noise} noise"
 
 
-def _sampling(scenes, sweep):
+def _sampling(scenes, replicas):
     """Steps, equilibration, replicas."""
     equilibration = span([scene.steps.equilibrate for scene in scenes], counted=False)
     sampled = span([scene.steps.sample for scene in scenes], counted=False)
-    replicas = sweep.sizes["replica"]
     each = f"{replicas} replicas of each run" if replicas > 1 else "one replica"
     before = "without" if equilibration == "0" else f"after {equilibration} of"
     return f"{sampled} steps {before} equilibration, {each}"
