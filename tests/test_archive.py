@@ -227,16 +227,6 @@ def test_archived_figures_are_drawn_and_judged_again(kept):
     assert {path: path.read_bytes() for path in one.rglob("*") if path.is_file()} == before
 
 
-def page_of(results, archived, *sampling):
-    """The report of a study on runs that nothing is said of."""
-    read = paper(*sampling)
-    bare = Paper(
-        PAPER, read.title, read.reference, {}, (), {"fig02_shapes": read.figures["fig02_shapes"]}
-    )
-    write_page("fast", "Short.", [bare], results, results / "report.html", archived)
-    return (results / "report.html").read_text(encoding="utf-8")
-
-
 def test_a_report_with_an_archive(kept, results, tmp_path):
     """Value, error and verdict of the long runs in each row that they have, and what that means."""
     long_runs = verdict_table(PAPER, "fig02_shapes", {
@@ -246,7 +236,9 @@ def test_a_report_with_an_archive(kept, results, tmp_path):
     path = tmp_path / LONG_STUDY / "verdicts.csv"
     path.parent.mkdir()
     long_runs.to_csv(path, index=False)
-    text = page_of(results, path)
+    bare = Paper(PAPER, "One", "J. One 1", {}, (), {"fig02_shapes": Figure()})
+    write_page("fast", "Short.", [bare], results, results / "report.html", path)
+    text = (results / "report.html").read_text(encoding="utf-8")
     rows = {
         name: text.split(f'<tr id="{PAPER}-fig02_shapes-{number}"')[1].split("</tr>")[0]
         for number, name in enumerate(ROWS, 1)

@@ -192,7 +192,7 @@ def test_counts_and_deviations(archived):
     assert "| Figure 2 | peak | 0.5 rounding 0.005 | 0.5200 ± 0.0040 | 5.0 |" in lines
 
 
-def test_the_archive_draws_kept_pictures_anew(archived, tmp_path):
+def test_the_archive_draws_kept_pictures_anew(archived, tmp_path, monkeypatch):
     """Those beside a figure file, as wide as before; no others."""
     drawn, kept = tmp_path / "results" / "one" / "figures", tmp_path / "figures" / "one"
     drawn.mkdir(parents=True)
@@ -202,7 +202,8 @@ def test_the_archive_draws_kept_pictures_anew(archived, tmp_path):
         Image.new("RGB", (200, 100), "red").save(drawn / f"{name}.png")
     Image.new("RGB", (80, 80), "white").save(kept / "slope.png")
     (kept / "slope.py").touch()
-    written = archive.keep_table("fast", Results(str(tmp_path / "results")))
-    assert written == [kept / "slope.png"] == archive.pictures("one")
+    monkeypatch.setattr(archive, "read_study", lambda study: {})
+    monkeypatch.setattr(archive, "results_of", lambda study: Results(str(tmp_path / "results")))
+    assert archive.keep("fast") == [kept / "slope.png"] == archive.pictures("one")
     with Image.open(kept / "slope.png") as picture:
         assert picture.size == (80, 40) and picture.convert("RGB").getpixel((5, 5)) == (255, 0, 0)

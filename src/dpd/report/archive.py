@@ -54,20 +54,17 @@ MEANING = (
 
 
 def keep(study: str, runs_from: float = math.inf) -> list[Path]:
-    """Keep of a study what git is to have of it, and name what has changed; `UserError` if there
-    is no such study, and as of `keep_table` and `keep_whole`.
+    """Keep of a study what git is to have of it, and name what has changed.
+
+    Of the long one see `keep_whole`; of others the verdicts of all papers and, of the seed 1, the
+    pictures beside files of figures, as wide as before. Raises `UserError` if there is no such
+    study, or it has no verdicts.
     """
     read_study(study)  # a name that is none would lead elsewhere
-    if study != LONG_STUDY:
-        return keep_table(study, results_of(study))
-    papers = [read_paper(name, study) for name in read_config()["papers"]]
-    return keep_whole(study, results_of(study), papers, runs_from)
-
-
-def keep_table(study: str, results: Results) -> list[Path]:
-    """Keep the verdicts of all papers, and draw anew, as wide as before, the pictures beside files
-    of figures; of a study with another seed than 1 the table alone. `UserError` as of `read_rows`.
-    """
+    results = results_of(study)
+    if study == LONG_STUDY:
+        every = [read_paper(name, study) for name in read_config()["papers"]]
+        return keep_whole(study, results, every, runs_from)
     source = Path(results.verdicts())
     papers = sorted({row["paper"] for row in read_rows(source)})
     contents = {f"{study}/{VERDICTS}": source.read_bytes()}
@@ -168,13 +165,11 @@ def keep_whole(
         "figures": figures, "figures_missing": missing, "files": {},
     }  # fmt: skip
     contents[MANIFEST] = manifest_text(manifest, contents).encode()
-    size = sum(map(len, contents.values()))
-    if size > LIMIT:
+    if (size := sum(map(len, contents.values()))) > LIMIT:
         largest = max(contents, key=lambda name: len(contents[name]))
         raise UserError(
-            f"{target}: the archive would have {size / 1e6:.1f} MB, and at most {LIMIT / 1e6:g} MB "
-            f"are allowed, because git keeps every version; the largest file is {largest} with "
-            f"{len(contents[largest]) / 1e6:.1f} MB: let that figure keep or draw less"
+            f"{target}: it would have {size / 1e6:.1f} MB, and {LIMIT / 1e6:g} MB are allowed; the "
+            f"largest file is {largest}: let that figure keep or draw less"
         )
     for path in target.rglob("*"):
         if path.is_file() and str(path.relative_to(target)) not in contents:
@@ -195,8 +190,7 @@ def write_changed(target: Path, contents: dict[str, bytes]) -> list[Path]:
 
 @mpl.rc_context(LOOK)
 def redraw(study: str) -> list[Path]:
-    """Draw and judge again what an archive keeps the numbers of, after an edit of a figure file or
-    of a published number, and name what has changed.
+    """Draw and judge again what an archive keeps the numbers of, and name what has changed.
 
     Raises `UserError` if there is no such study, its archive keeps no figures, or a figure file
     does not understand the numbers; then nothing changes.
@@ -255,9 +249,8 @@ def restore(study: str) -> list[Path]:
 
 
 def table_of(name: str | Path) -> pd.DataFrame:
-    """The verdicts of a study, by its name, a folder of results or of an archive, or one table.
-
-    Those of figures, as far as they are drawn. Raises `UserError` if there are no verdicts.
+    """The verdicts of a study, as far as it is, by its name, a folder of results or of an archive,
+    or one table; `UserError` if there are none.
     """
     for place in (Path(name), Path(results_of(str(name)).folder), ARCHIVE / str(name)):
         drawn = [place] if place.is_file() else sorted(place.glob("*/figures/*.csv"))
@@ -298,9 +291,16 @@ def _mean_square(degrees):
 
 def as_text(rows: pd.DataFrame) -> str:
     """What `compared` found, per paper and in all, then the rows that differ most."""
-    parts = {**dict(list(rows.groupby("paper"))), "all": rows}
-    table = pd.DataFrame({name: _summary(part) for name, part in parts.items()}).T
-    lines = [table.to_string(), "", MEANING]
+    table = {}
+    for name, part in (*rows.groupby("paper"), ("all", rows)):
+        z = part.z.dropna()
+        rms, likely = np.sqrt((z**2).mean()), np.sqrt(part.likely_z.mean())
+        table[name] = {
+            "rows": len(part), "with z": len(z), "rms z": f"{rms:.2f} of {likely:.2f}",
+            ">1.96": f"{(z.abs() > COVERAGE).mean():.1%}", "flips": part.flip.sum(),
+            "missing": part.missing.sum(),
+        }  # fmt: skip
+    lines = [pd.DataFrame(table).T.to_string(), "", MEANING]
     for title, part in (
         ("largest |z|", rows.loc[rows.z.abs().nlargest(WORST).index]),
         ("verdicts that differ", rows[rows.flip]),
@@ -316,17 +316,3 @@ def as_text(rows: pd.DataFrame) -> str:
             name = f"{row['paper']} {row['figure']}: {row['quantity']}"
             lines.append(f"  z {row['z']:5.2f}  {name}: {' and '.join(values)}")
     return "\n".join(lines)
-
-
-def _summary(rows):
-    """One line of the table."""
-    z = rows.z.dropna()
-    rms, likely = np.sqrt((z**2).mean()), np.sqrt(rows.likely_z.mean())
-    return {
-        "rows": len(rows),
-        "with z": len(z),
-        "rms z": f"{rms:.2f} of {likely:.2f}",
-        ">1.96": f"{(z.abs() > COVERAGE).mean():.1%}",
-        "flips": rows.flip.sum(),
-        "missing": rows.missing.sum(),
-    }

@@ -4,14 +4,12 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import partial
 from html import escape
 from pathlib import Path
 
 from dpd.analysis.verdicts import Entry
 from dpd.digest import ROOT
 from dpd.errors import UserError
-from dpd.files import replace_whole
 from dpd.observe.common.measured import observables
 from dpd.own import calculations_of
 from dpd.page import Observable, find, names
@@ -19,7 +17,6 @@ from dpd.pipeline.paper import Config, PaperFile, check_repository, read_paper, 
 from dpd.pipeline.paths import LONG_STUDY
 from dpd.report import archive
 from dpd.report import rows as verdicts
-from dpd.report.archive import FIGURES, manifest_of, pictures, studies
 from dpd.report.figures import load_module
 from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, section_rows, text_of
 from dpd.report.rows import Row, count
@@ -41,11 +38,12 @@ FLUID = {
 }
 PLANE = FLUID | {"dimension": 2, "box": 18}
 WALLED = FLUID | {"walls": {"axis": "y", "repulsion": 25}}
-# Some observables have more in such scenes.
-MORE = (
-    ({"shear": {"rate": 0.1}}, "under shear"),
-    ({"walls": WALLED["walls"]}, "between walls"),
-    ({"pressure": {"target": 1}}, "at constant pressure"),
+# What changes in a scene, in an observable there, and how to say so where it then has more.
+SCENES: tuple[tuple[dict, dict, str], ...] = (
+    ({}, {}, ""),
+    ({"shear": {"rate": 0.1}}, {}, ", under shear"),
+    ({"walls": WALLED["walls"]}, {}, ", between walls"),
+    ({"pressure": {"target": 1}}, {}, ", at constant pressure"),
 )
 
 
@@ -53,27 +51,23 @@ def pages() -> dict[Path, str]:
     """Path to text of every such page, as it should be now."""
     check_repository()
     readme, config = ROOT / "README.md", ROOT / "config"
-    made = {readme: filled(readme.read_text())}
-    keys = {"config": rows_of(Config, ""), "paper": rows_of(PaperFile, "")}
-    text = {name: text_of(model) for name, model in (("config", Config), ("paper", PaperFile))}
+    sections = {"config": Config, "paper": PaperFile}
+    keys = {name: rows_of(model, "") for name, model in sections.items()}
     keys["published"] = rows_of(Entry, "NAME.")
-    made[config / "README.md"] = _page("papers", keys, text=text)
-    text = {"scene": text_of(Basics)}
-    made[config / "SCENES.md"] = _page(
-        "scenes", {"scene": scene_rows()}, text=text, run=run_table()
-    )
-    papers = sorted({row["paper"] for study in studies() for row in rows_of_archive(study)})
-    return made | {FIGURES / name / "README.md": paper_page(name) for name in papers}
+    text = {name: text_of(model) for name, model in (sections | {"scene": Basics}).items()}
+    scene = {"scene": scene_rows()}
+    papers = sorted({row["paper"] for study in archive.studies() for row in rows_of_archive(study)})
+    return {
+        readme: filled(readme.read_text()),
+        config / "README.md": _page("papers", keys, text=text),
+        config / "SCENES.md": _page("scenes", scene, text=text, run=run_table()),
+        **{archive.FIGURES / name / "README.md": paper_page(name) for name in papers},
+    }
 
 
 def write_pages() -> list[Path]:
     """Write the pages that are not as they should be, and say which."""
-    written = []
-    for path, text in pages().items():
-        if not path.is_file() or path.read_text() != text:
-            replace_whole(path, partial(Path.write_text, data=text))
-            written.append(path)
-    return written
+    return archive.write_changed(ROOT, {str(path): text.encode() for path, text in pages().items()})
 
 
 def _page(template, keys, **values):
@@ -84,21 +78,18 @@ def _page(template, keys, **values):
 
 def filled(text: str) -> str:
     """A text with the blocks that `BLOCK` finds made anew, from verdicts that git keeps."""
-
-    def made(block):
-        table = counts(rows_of_archive(block[2]), "[{0}](paper_figures/{0}/README.md)".format)
-        return f"{block[1]}{table}\n{block[3]}"
-
-    return BLOCK.sub(made, text)
+    link = "[{0}](paper_figures/{0}/README.md)".format
+    return BLOCK.sub(lambda b: f"{b[1]}{counts(rows_of_archive(b[2]), link)}\n{b[3]}", text)
 
 
 def paper_page(name: str) -> str:
     """The page of a paper; `UserError` if CITATION.cff does not know it, or without findings."""
-    every = {study: rows_of_archive(study) for study in studies()}
-    own = {study: [row for row in rows if row["paper"] == name] for study, rows in every.items()}
-    tables = {study: rows for study, rows in own.items() if rows}
+    tables = {}
+    for study in archive.studies():
+        if own := [row for row in rows_of_archive(study) if row["paper"] == name]:
+            tables[study] = own
     paper = read_paper(name, next(iter(tables)), only=[])
-    findings = FIGURES / name / "findings.md"
+    findings = archive.FIGURES / name / "findings.md"
     if not findings.is_file():
         raise UserError(f"{findings}: missing; write what runs show, and why what deviates does")
     if paper.title not in verdicts.citations():
@@ -111,22 +102,20 @@ def paper_page(name: str) -> str:
         doi=f", [doi:{doi}]({link})" if doi else "", findings=_found(name, findings, tables),
         first=next(iter(known), ""),
         studies=[_study(name, study, table, paper) for study, table in tables.items()],
-        pictures=[(picture.stem, load_module(name, picture.stem)) for picture in pictures(name)],
+        pictures=[(p.stem, load_module(name, p.stem)) for p in archive.pictures(name)],
     )  # fmt: skip
 
 
 def _study(name, study, table, paper):
     """What a study finds; no counts of figures that its archive lacks, stopped before its end."""
-    lacking = manifest_of(study).get("figures_missing", ())
+    lacking = archive.manifest_of(study).get("figures_missing", ())
     missing = [figure for figure in paper.figures if f"{name}/{figure}" in lacking]
     return {
-        "name": study,
-        "description": read_study(study).description,
-        "counts": counts(table),
-        "deviations": deviations(table),
+        "name": study, "description": read_study(study).description,
+        "counts": counts(table), "deviations": deviations(table),
         "folder": f"results/archive/{study}/{name}" if study == LONG_STUDY else "",
         "missing": ", ".join(label(figure) for figure in missing),
-    }
+    }  # fmt: skip
 
 
 def _found(name, path, tables):
@@ -178,27 +167,19 @@ def deviations(rows: Sequence[Row]) -> str:
 
 def run_table() -> str:
     """Markdown: the variables of run.nc, observable by observable."""
-    rows = [
-        [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units, escape(meaning)]
-        for observable in names(Observable)
-        for name, (dimensions, units, meaning) in _all_variables(observable).items()
-    ]
-    return markdown_table(["observable", "variable", "dimensions", "units", "meaning"], rows)
-
-
-def _all_variables(observable):
-    """Variables of an observable, with those that it has in some scenes, or with a setting."""
-    settings = find(Observable, observable).model_fields
-    some = [({}, {}, ""), *((more, {}, f", {where}") for more, where in MORE)]
-    some += [
-        ({}, {key: True}, f", with `{key}: true`")
-        for key, field in settings.items() if field.default is False
-    ]  # fmt: skip
-    found = {}
-    for more, chosen, where in some:
-        for name, (dimensions, _, units, meaning) in _variables(observable, more, chosen):
-            found.setdefault(name, (dimensions, units, meaning + where))
-    return found
+    rows: dict[tuple[str, str], list[str]] = {}
+    for observable in names(Observable):
+        switches: list[tuple[dict, dict, str]] = [
+            ({}, {key: True}, f", with `{key}: true`")
+            for key, field in find(Observable, observable).model_fields.items()
+            if field.default is False
+        ]
+        for more, settings, where in (*SCENES, *switches):
+            for name, (dimensions, _, units, text) in _variables(observable, more, settings):
+                line = [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units]
+                rows.setdefault((observable, name), [*line, escape(text + where)])
+    head = ["observable", "variable", "dimensions", "units", "meaning"]
+    return markdown_table(head, rows.values())
 
 
 def _variables(observable, more, settings):

@@ -30,10 +30,7 @@ def draw_fields(
     surface: Sequence[str], smooth: float, species: Sequence[str], width: float | None,
     path: object,
 ) -> None:  # fmt: skip
-    """Draw slices of density fields, or surfaces in them; see `dpd.report.draw.draw`.
-
-    ``width``: of the picture in inches.
-    """
+    """Draw slices of density fields, or surfaces in them; see `draw`; ``width`` in inches."""
     if not 0 < len(frames) <= MOST_FRAMES:
         raise UserError(f"frame: {len(frames)} of them in one picture; allowed: 1 to {MOST_FRAMES}")
     numbers = [frame_number(frame, len(fields.time), path) for frame in frames]

@@ -55,13 +55,12 @@ def load_module(paper: str, figure: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(f"paper_figures.{paper}.{figure}", path)
     assert spec and spec.loader  # as its name ends in .py
     module = importlib.util.module_from_spec(spec)
+    vars(module).update(OPTIONAL)
     with blamed_on(module, "the file, while it is read,"):
         spec.loader.exec_module(module)
     for name, meaning in NEEDED.items():
         if not hasattr(module, name):
             raise UserError(f"{shortened(path)}: {name} is missing: {meaning}")
-    for name, value in OPTIONAL.items():
-        setattr(module, name, getattr(module, name, value))
     return module
 
 
@@ -120,27 +119,23 @@ def make_figure(paper: str, figure: str, sources: Mapping[str, str | Path], fold
     numbers, degrees = degrees_of(made)
     numbers.attrs["degrees"] = json.dumps(degrees)
     table = verdicts_of(module, paper, figure, numbers)
-    described = hasattr(module, "describe")
-    seen = call(module, "describe", numbers, str) if described else module.TITLE
+    seen = call(module, "describe", numbers, str) if hasattr(module, "describe") else module.TITLE
     numbers.attrs |= {"paper": paper, "figure": figure, "seen": seen}
     drawn = call(module, "draw", numbers, Figure)
     with blamed_on(module, "the caption"):
         text = caption(figure, module, data, numbers)
-
-    def path(kind):
-        return folder / f"{figure}.{kind}"
-
-    replace_whole(path("csv"), lambda draft: table.to_csv(draft, index=False))
-    replace_whole(path("html"), lambda draft: draft.write_text(text))
+    base = str(folder / figure)
+    replace_whole(f"{base}.csv", lambda draft: table.to_csv(draft, index=False))
+    replace_whole(f"{base}.html", lambda draft: draft.write_text(text))
     title = f"{paper}, {label(figure)}: {module.TITLE}"
     about = {"Title": title, "Description": seen}
-    replace_whole(path("png"), lambda draft: drawn.savefig(draft, format="png", metadata=about))
+    replace_whole(f"{base}.png", lambda draft: drawn.savefig(draft, format="png", metadata=about))
     drawn.set_layout_engine("none")  # what it has found for the one holds for the other
     about = {"Title": title, "Subject": seen, "CreationDate": None}
-    replace_whole(path("pdf"), lambda draft: drawn.savefig(draft, format="pdf", metadata=about))
+    replace_whole(f"{base}.pdf", lambda draft: drawn.savefig(draft, format="pdf", metadata=about))
     plt.close(drawn)
     numbers.attrs["seconds"] = time.perf_counter() - begun
-    save(numbers, path("nc"))
+    save(numbers, f"{base}.nc")
 
 
 def verdicts_of(module: ModuleType, paper: str, figure: str, numbers: xr.Dataset) -> pd.DataFrame:

@@ -1,15 +1,26 @@
 """Keys of sections as rows of a table: what each may be, its unit, its default, what it means."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Any, NamedTuple
 
-from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema
 
 from dpd.errors import UserError, suggestion
 from dpd.page import NEEDED, Observable, Page, Start, Term, find, names
 from dpd.scene.sections import Basics
-from dpd.scene.yaml import model_in, unit_of
+from dpd.scene.yaml import model_in
+
+WORDS = {"object": "mapping", "array": "list"}  # of JSON schema in those of YAML
+SIGNS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+
+
+class Closed(GenerateJsonSchema):
+    """Tables have the keys of their pattern alone, as pydantic reads them."""
+
+    def dict_schema(self, schema: Any) -> dict[str, Any]:
+        """As of pydantic, but for that."""
+        found = super().dict_schema(schema)
+        return found | {"additionalProperties": False} if "patternProperties" in found else found
 
 
 class Row(NamedTuple):
@@ -34,11 +45,11 @@ def _pages(own):
 def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """A scene as JSON schema, by which editors complete and check keys."""
     terms, observables, starts = _pages(own)
-    schema = Basics.model_json_schema()
+    schema = Basics.model_json_schema(schema_generator=Closed)
     kinds = schema.setdefault("$defs", {})
 
     def of(page):
-        found = page.model_json_schema()
+        found = page.model_json_schema(schema_generator=Closed)
         kinds.update(found.pop("$defs", {}))
         return found["properties"][page.bare] if page.bare else found
 
@@ -53,44 +64,25 @@ def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
         key: value for page in starts.values() for key, value in of(page)["properties"].items()
     } | {"method": begins["properties"]["method"] | {"enum": list(starts)}}
     schema["properties"]["start"] = begins
-    return _closed(schema | {"title": "Scene of dpd-papers"})
-
-
-def _closed(schema):
-    """With tables that have the keys of their pattern alone, as pydantic reads them."""
-    if isinstance(schema, list):
-        return [_closed(each) for each in schema]
-    if not isinstance(schema, dict):
-        return schema
-    found = {key: _closed(value) for key, value in schema.items()}
-    return found | {"additionalProperties": False} if "patternProperties" in found else found
+    return schema | {"title": "Scene of dpd-papers"}
 
 
 def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
     """All keys of a scene, with those of some pages of one's own."""
-    found = [*rows_of(Basics, "")]
     terms, observables, starts = _pages(own)
-    found += _start_rows(starts)
+    begin = {row.key: row for row in section_rows(Start, "start", "")}  # what all methods have
+    told = " ".join(f"{key}: {text_of(page)}" for key, page in starts.items())
+    begin["start"] = begin["start"]._replace(meaning=Start.summary())
+    begin["start.method"] = begin["start.method"]._replace(allowed=", ".join(starts), meaning=told)
+    found = [*rows_of(Basics, ""), *begin.values()]
+    for key, page in starts.items():
+        more = [row for row in rows_of(page, "start.") if row.key not in begin]
+        found += [row._replace(meaning=f"For method {key}: {row.meaning}") for row in more]
     for key, page in terms.items():
         found += section_rows(page, key, "")
     for key, page in observables.items():
         found += section_rows(page, key, "observe[].")
     return found
-
-
-def _start_rows(starts):
-    """Of the first configuration: what all methods have, then what each has of its own."""
-    common = {row.key: row for row in section_rows(Start, "start", "")}
-    told = " ".join(f"{key}: {text_of(page)}" for key, page in starts.items())
-    changes = {
-        "start": {"meaning": Start.summary()},
-        "start.method": {"allowed": ", ".join(starts), "meaning": told},
-    }
-    yield from (row._replace(**changes.get(key, {})) for key, row in common.items())
-    for key, page in starts.items():
-        for row in rows_of(page, "start."):
-            if row.key not in common:
-                yield row._replace(meaning=f"For method {key}: {row.meaning}")
 
 
 def rows_below(rows: list[Row], name: str) -> list[Row]:
@@ -110,64 +102,52 @@ def section_rows(model: Any, key: str, prefix: str) -> Iterator[Row]:
     """Rows of a section: its own, then those of its settings."""
     required = issubclass(model, Page) and model.has_required()
     bare = model.model_fields.get(getattr(model, "bare", ""))
-    allowed = _allowed(bare.annotation, bare) if bare else "mapping"
+    given = model.model_json_schema()["properties"][model.bare] if bare else {"type": "object"}
     text = model.summary() if issubclass(model, Observable) else text_of(model)
     default = "required" if key in NEEDED and required else ""
-    yield Row(f"{prefix}{key}", allowed, unit_of(bare) if bare else "", default, text)
+    yield Row(f"{prefix}{key}", _allowed(given), given.get("unit", ""), default, text)
     yield from rows_of(model_in(bare.annotation) if bare else model, f"{prefix}{key}.")
 
 
 def rows_of(model: Any, prefix: str) -> Iterator[Row]:
     """Table rows of a section's settings, parents before children."""
-    for name, field in (model.model_fields if model else {}).items():
-        key = f"{prefix}{field.alias or name}"
-        cells = _allowed(field.annotation, field), unit_of(field), _default(field)
-        yield Row(key, *cells, field.description or "")
-        inside = "[]" if get_origin(field.annotation) is list else ""
-        kinds = [get_origin(each) for each in (field.annotation, *get_args(field.annotation))]
-        named = ".NAME" if dict in kinds and not inside else ""
-        yield from rows_of(model_in(field.annotation), f"{key}{inside}{named}.")
+    schema = model.model_json_schema()["properties"] if model else {}
+    for name, field in model.model_fields.items() if model else ():
+        name = field.alias or name
+        given = schema[name]
+        cells = _allowed(given), given.get("unit", ""), _default(field, given)
+        yield Row(f"{prefix}{name}", *cells, field.description or "")
+        kinds = {each.get("type") for each in _kinds(given)}
+        inside = "[]" if given.get("type") == "array" else ".NAME" if "object" in kinds else ""
+        yield from rows_of(model_in(field.annotation), f"{prefix}{name}{inside}.")
 
 
-def _default(field):
+def _default(field, given):
     """Of a setting: nothing where the page or the scene decides."""
     if field.is_required():
         return "required"
-    if field.default in (None, {}, []) or field.default_factory is not None:
+    default = given.get("default")
+    # Steps between samples are at least 1, and none is given.
+    if default in (None, {}, []) or (not default and given.get("minimum") == 1):
         return ""
-    if any(getattr(each, "ge", 0) == 1 for each in field.metadata) and not field.default:
-        return ""  # the number of steps between samples
-    return f"{field.default:g}" if isinstance(field.default, float) else str(field.default)
+    return f"{default:g}" if isinstance(default, float) else str(default)
 
 
-def _allowed(annotation, field=None):
-    """What a value may be, in few words."""
-    limits = _limits(field.metadata if field else ())
-    origin, inside = get_origin(annotation), get_args(annotation)
-    if origin is Annotated:
-        return _allowed(inside[0]) + _limits(inside[1:])
-    if origin is Literal:
-        return ", ".join(map(str, inside))
-    if origin in (Union, UnionType):
-        kinds = (_allowed(each) for each in inside if each is not NoneType)
-        return " or ".join(dict.fromkeys(kinds)) + limits
-    if origin is list:
-        return "list"
-    if origin is dict or (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
-        return "mapping"
-    words = {float: "number", int: "integer", str: "string", bool: "boolean"}
-    return words.get(annotation, "value") + limits
+def _kinds(given):
+    """JSON schemas of all that a value may be."""
+    return given.get("anyOf") or given.get("oneOf") or [given]
 
 
-def _limits(metadata):
-    """Bounds as pydantic keeps them."""
-    signs = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
-    spread = [part for each in metadata for part in getattr(each, "metadata", [each])]
-    found = (
-        f" {sign} {getattr(each, name):.12g}"
-        for name, sign in signs for each in spread if getattr(each, name, None) is not None
-    )  # fmt: skip
-    return ",".join(found)
+def _allowed(given):
+    """What a value may be, in few words, by its JSON schema."""
+    if (kinds := _kinds(given)) != [given]:
+        found = (_allowed(each) for each in kinds if each != {"type": "null"})
+        return " or ".join(dict.fromkeys(found))
+    if "enum" in given or "const" in given:
+        return ", ".join(map(str, given.get("enum") or [given["const"]]))
+    kind = "object" if "$ref" in given else given.get("type", "value")
+    limits = [f" {sign} {given[key]:.12g}" for key, sign in SIGNS.items() if key in given]
+    return WORDS.get(kind, kind) + ",".join(limits)
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -180,5 +160,4 @@ def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str
 
 def key_table(rows: Iterable[Row]) -> str:
     """A table of settings as Markdown."""
-    head = "key", "allowed", "unit", "default", "meaning"
-    return markdown_table(head, ((f"`{row.key}`", *row[1:]) for row in rows))
+    return markdown_table(Row._fields, ((f"`{row.key}`", *row[1:]) for row in rows))

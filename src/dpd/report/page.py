@@ -115,7 +115,10 @@ def _paper(paper, study, results, rows, pictures, at, done):
             for key in LEADS if key in holds
         ],
         "checks": list(_checks(paper.name, results)) if done else [],
-        "shorter": shorter_points(paper) if done else [], "not_said": not_said(paper),
+        "shorter": shorter_points(paper) if done else [],
+        "not_said": [
+            name for each in paper.sampling if not TIMES & each.keys() for name in each["sweeps"]
+        ],
     }  # fmt: skip
 
 
@@ -124,10 +127,8 @@ def _figure(paper, name, results, picture, at):
     path = Path(results.figure(paper, name, "png"))
     title = picture["title"].removeprefix(f"{paper}, {label(name)}: ") if picture else ""
     caption = path.with_suffix(".html")
-    files = {
-        "PDF": path.with_suffix(".pdf"),
-        "numbers (NetCDF)": path.with_suffix(".nc"),
-        "verdicts (CSV)": path.with_suffix(".csv"),
+    kinds = {"PDF": ".pdf", "numbers (NetCDF)": ".nc", "verdicts (CSV)": ".csv"}
+    files = {said: path.with_suffix(kind) for said, kind in kinds.items()} | {
         "scenes (YAML)": ROOT / "config" / "papers" / f"{paper}.yaml",
         "source (Python)": paper_folder(paper) / f"{name}.py",
     }
@@ -263,12 +264,6 @@ def shorter_points(paper: Paper) -> list[Row]:
                         "system": system, "where": typeset(said["where"]),
                     })  # fmt: skip
     return found
-
-
-def not_said(paper: Paper) -> list[str]:
-    """Sweeps for which the paper does not say how long it sampled."""
-    untimed = [said for said in paper.sampling if not TIMES & said.keys()]
-    return [name for said in untimed for name in said["sweeps"]]
 
 
 def _by_point(sweep, at):

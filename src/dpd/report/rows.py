@@ -63,10 +63,8 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
         else:  # in a sorted table it must say of what it is the same
             quantity = f"{named_last}; likewise{quantity.removeprefix(SAME)}"
         long_one, z, number = long_runs.get(_key(entry)), entry["deviation_sigma"], _number(entry)
-        spread = math.hypot(*(
-            each for each in (entry["published_error"], entry["rounding"] / 3**0.5, entry["error"])
-            if math.isfinite(each)
-        ))  # fmt: skip
+        errors = entry["published_error"], entry["rounding"] / 3**0.5, entry["error"]
+        spread = math.hypot(*filter(math.isfinite, errors))
         figure = f"{entry['paper']}-{entry['figure']}"
         rows.append({
             "entry": entry, **{key: entry[key] for key in ("paper", "kind", "value")},

@@ -10,6 +10,8 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from dpd.analysis.statistics import COVERAGE
+
 SINGLE, DOUBLE = 8.6 / 2.54, 17.8 / 2.54  # inches, a journal's one and two columns
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 # Okabe and Ito's palette.
@@ -23,7 +25,6 @@ MANY = (
 OF_SPECIES = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY, *MANY)
 LOOK: Any = {  # of matplotlib; whoever draws or writes a figure does it in `rc_context(LOOK)`
     "font.size": 8,
-    "axes.labelsize": 8,
     "axes.titlesize": 8,
     "legend.fontsize": 7,
     "xtick.labelsize": 7,
@@ -79,8 +80,6 @@ def points(
 
     Points without a value are left out; those whose error is NaN are hollow and have no bar.
     """
-    from dpd.analysis.statistics import COVERAGE
-
     x, y, error = (np.asarray(part, dtype=float) for part in (x, y, error))
     seen, known = np.isfinite(y), np.isfinite(y) & np.isfinite(np.atleast_2d(error)).all(axis=0)
     face = color if filled else "white"

@@ -153,10 +153,7 @@ def span(values: npt.ArrayLike, counted: bool = True) -> str:
 def caption(
     figure: str, module: ModuleType, sources: Mapping[str, xr.Dataset], numbers: xr.Dataset
 ) -> str:
-    """The caption of a figure as HTML: paragraphs, warnings, and its table, if any.
-
-    ``sources``: sweeps and measurements that it was made from. ``numbers``: what is plotted.
-    """
+    """The caption of a figure as HTML; ``sources``: sweeps and measurements that made it."""
     warned = list(module.warnings(numbers)) if hasattr(module, "warnings") else []
     if not getattr(module, "SHOWS_TEMPERATURE", False):  # then just that is its topic
         warned += run_warnings(sources)
