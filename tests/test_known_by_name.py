@@ -11,10 +11,9 @@ KEYS = {*names(Term), *names(Observable)}
 # become less: where a file knows a page that does not stand here, give pages a hook.
 KNOWN = {
     "engine/beads.py": {"walls"},  # arguments of kernels
-    "engine/forces.py": {"many_body"},
+    "engine/forces.py": {"bonds", "many_body"},
     "engine/crossings.py": {"crossings", "passes"},  # words of messages
     "engine/stress.py": {"bonds"},
-    "engine/step.py": {"bonds"},
     "pipeline/sweep.py": {"pressure"},  # variables of results
     "pipeline/status.py": {"pressure"},
     "runs/result.py": {"pressure"},

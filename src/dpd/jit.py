@@ -5,11 +5,10 @@ such a function stays a plain one. LLVM inlines them: a function kept apart is o
 when it is compiled afresh and when it is read from Numba's disk cache, and a resumed run would
 differ in its last bits. With NUMBA_DISABLE_JIT=1 all of it runs as Python.
 
-Numba makes of every function a library of its own: it links in what the function calls, optimises
-all that, and emits machine code. Device functions are never called but inlined, so nothing of it is
-needed for them. Here they are lowered and simplified, function by function; a kernel links in each
-function below it once, and is optimised and emitted as a whole. Nor do they count who holds an
-array, which cost 5 % of the time of a step: what Python passes to a kernel lives until it returns.
+Numba would link, optimise and emit every function with all that it calls. Here device functions are
+lowered and simplified alone; a kernel links in each function below it once, and is optimised and
+emitted as a whole. Nor do they count who holds an array, which cost 5 % of the time of a step: what
+Python passes to a kernel lives until it returns.
 """
 
 import gc
@@ -86,8 +85,7 @@ class _Parts(JITCodeLibrary):
         self._finalized = True
 
     def get_pointer_to_function(self, name):
-        """Null: there is no code of its own."""
-        return 0
+        return 0  # null: there is no code of its own
 
 
 class _Whole(JITCodeLibrary):
@@ -136,8 +134,6 @@ class PartCompiler(Compiler):
 
 
 class KernelCompiler(PartCompiler):
-    """The same for kernels."""
-
     library = _Whole
 
     def compile_extra(self, func: Any) -> Any:
@@ -167,10 +163,9 @@ CACHE = os.environ["NUMBA_CACHE_DIR"]
 
 
 def kernel(allocates: bool = False) -> Callable[[Callable[..., Any]], Dispatcher]:
-    """Decorator of what Python calls: compiled at its first call, and cached on the disk.
+    """Decorator of what Python calls: compiled at its first call, cached on a disk that lets it.
 
-    It says if it ``allocates`` arrays itself, or takes a random generator. A disk that is full or
-    may not be written is no reason not to run.
+    It says if it ``allocates`` arrays itself, or takes a random generator.
     """
 
     def decorate(function):
@@ -211,9 +206,8 @@ def _is_trusted(folder):
 class _FileOfEach:
     """Files of a kernel's variants, each named after the arguments that it is compiled for.
 
-    Numba numbers them, and an index says which is which. Two processes that compile at the same
-    time may take the same number for two variants, and a later one then runs code that was made
-    for other arguments, and crashes.
+    Numba numbers them: two processes that compile at the same time may give two variants one
+    number, and a later one then runs code made for other arguments, and crashes.
     """
 
     def __init__(self, files):
@@ -258,8 +252,7 @@ def _warn(why):
 def inlined(given: str = "", **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Decorator of device functions; ``options`` are Numba's, in the place of ours.
 
-    Where the argument named by ``given`` is None the function does nothing, and nothing is compiled
-    for it.
+    Where the argument named by ``given`` is None nothing is done, and nothing compiled.
     """
 
     def decorate(function):
@@ -318,7 +311,6 @@ class _Compiling(event.TimingListener):
     tell: Callable[[str], None] | None = None
 
     def on_start(self, event: Any) -> None:
-        """A function begins to compile."""
         super().on_start(event)
         if tell := self.tell:
             self.tell = None

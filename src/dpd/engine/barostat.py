@@ -94,7 +94,6 @@ def drift(system: System, state: State) -> np.ndarray:
 
 
 def scaled_box(box: Box, axes: tuple[int, ...], times: float) -> Box:
-    """A box of so many times the volume, scaled along some axes alike."""
     factor = times ** (1 / len(axes))
     return tuple(edge * factor if axis in axes else edge for axis, edge in enumerate(box))
 

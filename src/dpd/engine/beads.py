@@ -8,13 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import uint32
 
-from dpd.engine.integrate import of_bead, of_bead_or_one
-from dpd.engine.rows import flat
+from dpd.engine.rows import flat, of_bead, of_bead_or_one
 from dpd.engine.search import PAIRS_AT_ONCE
 from dpd.engine.state import System
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
-from dpd.physics.common.forces import curvature, drag, energy, force, random, weight
+from dpd.physics.common.forces import drag, energy, force, random, weight
 from dpd.physics.common.noise import gaussian_noise, uniform_noise
 
 # The noise of a bead is that of a pair with a partner that no bead is: another one for each axis of
@@ -56,7 +55,6 @@ def draw(near, n, partner, gaussian, keys):
 
 @inlined(given="langevin")
 def add_bath(f, v, beads, mine, langevin, near, keys, edges):
-    """Add friction and noise on a thread's share of the beads, if there is a bath."""
     for first in range(mine.first, mine.end, PAIRS_AT_ONCE):
         n = min(PAIRS_AT_ONCE, mine.end - first)
         for c in range(n):
@@ -81,7 +79,6 @@ def renew_bath(f, excess, species, mine, langevin, edges):
 
 @inlined(given="body")
 def add_body_force(f, x, species, mine, body):
-    """Add the body force on a thread's share of the beads, if there is one."""
     for s in range(mine.first, mine.end):
         strength = of_bead(body.strength, species, s)
         f[s, body.axis] += force(body, strength, x[s, body.across])
@@ -168,7 +165,6 @@ def find_drag(near, n, v, walls, wall, friction, keys, edges):
 
 @inlined(given="walls")
 def renew_wall_friction(f, excess, x, mine, walls, edges):
-    """Replace the friction in a force by that of the velocities now."""
     renew_drag(f, excess, x, mine, walls, walls.friction, edges)
 
 
@@ -180,22 +176,6 @@ def renew_drag(f, excess, x, mine, walls, friction, edges):
             w = weight(walls, inward * (x[s, axis] - place))
             for k in range(len(edges)):
                 f[s, k] += drag(friction, excess[s, k], w)
-
-
-@inlined()
-def add_wall_curvature(f, x, species, walls):
-    """Add the forces of walls; return their part in the Laplacian of the potential."""
-    if walls is None:
-        return 0.0
-    laplacian = 0.0
-    for wall in range(len(walls.axis)):
-        axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
-        for s in range(len(x)):
-            z = inward * (x[s, axis] - place)
-            a = of_bead(walls.repulsion, species, s)
-            f[s, axis] += inward * force(walls, a, z)
-            laplacian += curvature(walls, a, z)
-    return laplacian
 
 
 PER_TASK = 1024  # beads that one thread adds up: the order of sums is the same for any team
@@ -304,3 +284,17 @@ def move_sums(to, k, parts):
             total += found[p]
             found[p] = 0.0
         sums[k * width + q] = total
+
+
+@inlined()
+def take_sample(team, plan, beads, shared, k):
+    """Take sums over all beads and pairs after a step, as the k-th sample."""
+    barrier(team)  # all have come to the end of the step
+    sampled = shared.sampled
+    add_up_beads(team, beads, plan.mass, plan.across, sampled, plan.edges)
+    barrier(team)
+    if team.rank == 0:
+        move_sums(sampled.moments, k, sampled.of_beads)
+        move_sums(sampled.virial, k, shared.virial)
+        move_sums(sampled.energy, k, shared.energy)
+        move_sums(sampled.walls, k, shared.at_walls)

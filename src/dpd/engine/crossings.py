@@ -80,7 +80,6 @@ def refuse_longer(longest: float, box: Sequence[float], what: str) -> None:
 
 @inlined()
 def share_a_bead(members, a, b):
-    """Whether two bonds have an end in common."""
     first, second = members[a, 0], members[a, 1]
     if first == members[b, 0] or first == members[b, 1]:
         return True
@@ -199,13 +198,11 @@ def place(known, i, k, t):
 
 @inlined()
 def along(known, i, k, t):
-    """A component of a bond at time t."""
     return known[i, BOND + k] + t * known[i, TURN + k]
 
 
 @kernel()
 def _passed(found, middles, known, radius, members, owner, reach):
-    """Fill ``found``, as far as there is room, and return how many there are."""
     search = middles.search
     pairs, pieces, total = search.pairs, len(middles.bead), 0
     at = first_place()

@@ -15,10 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import uint32, uint64
 
-from dpd.engine.rows import difference_along, nearest_images, push_apart
+from dpd.engine.rows import difference_along, nearest_images, of_pair, push_apart, velocity_seen
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS, OF_PAIRS, System
+from dpd.engine.threads import BATCHES, next_task
 from dpd.jit import inlined
-from dpd.physics.common.forces import curvature, energy, force, force_over_r, law_of, weight
+from dpd.physics.common.forces import energy, force, force_over_r, law_of, weight
 from dpd.physics.common.noise import gaussian_noise, uniform_noise
 
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
@@ -40,21 +41,6 @@ def cache_buffers(dimension: int, size: int, phases: int, gamma: np.ndarray) -> 
         np.empty((2, size), np.uint32), np.empty((dimension, size)),
         np.zeros(phases + 1, np.int64), np.sqrt(gamma),
     )  # fmt: skip
-
-
-@inlined()
-def of_pair(values, species, i, j):
-    """The value for the species of the beads in slots i and j."""
-    if species is None:
-        return values[0, 0]
-    return values[species[i], species[j]]
-
-
-@inlined()
-def share_of_pair(shares, species, i, j):
-    if shares is None:
-        return 1.0
-    return of_pair(shares, species, i, j)
 
 
 @inlined(given="friction")
@@ -186,6 +172,24 @@ def cache_pairs(cached, count, pairs, n, species, edges):
 @inlined(given="cached")
 def close_phase(cached, phase, count):
     cached.phase[phase + 1] = count
+
+
+@inlined()
+def add_some(plan, beads, force, shared, own, n, task, count, now):
+    pair, many_body, friction = plan.forces.pair, plan.forces.many_body, plan.forces.friction
+    edges, species, pairs = plan.edges, beads.species, own.pairs
+    if force is None:
+        add_densities(shared.density, pairs, n, many_body, edges)
+        return count
+    gather_crowds(pairs, n, shared.density)
+    v = velocity_seen(beads.velocity, beads.predicted)
+    gather_friction(pairs, n, v, beads, friction, edges, plan.slide, now.keys)
+    add_pair_forces(force, pairs, n, species, pair, many_body, friction, edges)
+    if now.measure:
+        measure_pairs(
+            shared.virial[task], shared.energy[task], pairs, n, species, pair, many_body, edges
+        )
+    return cache_pairs(own.cached, count, pairs, n, species, edges)
 
 
 BONDS_AT_ONCE = 512  # in a batch, or a few more: their buffers stay in cache
@@ -324,6 +328,20 @@ def add_bonds(f, x, slot, bonds, task, arms, virial, sums, measure, edges, slide
                 add_moment(virial, k, over_r[b] * apart[k, b], apart, b, edges)
 
 
+@inlined(given="bonds")
+def add_bonded(team, plan, x, force, bonds, shared, own, measure):
+    batches, slot, edges, slide = len(bonds.batch) - 1, shared.slot, plan.edges, plan.slide
+    task = next_task(team, BATCHES, 0, batches)
+    while task < batches:
+        virial, energy = shared.virial[task], shared.energy[task]
+        add_bonds(force, x, slot, bonds, task, own.arms, virial, energy, measure, edges, slide)
+        add_angles(
+            force, x, slot, plan.angles, task, own.arms, own.others, virial, energy, measure,
+            edges, slide,
+        )  # fmt: skip
+        task = next_task(team, BATCHES, 0, batches)
+
+
 @inlined()
 def add_moment(virial, k, push, apart, b, edges):
     """Add to both virials what a push along axis k does at a separation."""
@@ -388,41 +406,3 @@ def add_angles(f, x, slot, angles, task, arms, others, virial, sums, measure, ed
             for k in range(len(edges)):
                 add_moment(virial, k, push_i[k, a], to_i, a, edges)
                 add_moment(virial, k, push_k[k, a], to_k, a, edges)
-
-
-@inlined()
-def bond_curvature(x, slot, bonds, arms, edges):
-    """The part of bonds in the Laplacian of the potential: u'' + (d - 1) u' / r at both ends."""
-    if bonds is None:
-        return 0.0
-    total, (_, n) = 0.0, gather(arms, bonds, 0, x, slot, 0, edges, None)
-    for b in range(n):
-        r = length(arms.apart, b, edges)
-        law = law_of(bonds.law, b)
-        over_r = force_over_r(law, r)
-        total += 2.0 * (curvature(law, r) - (len(edges) - 1) * over_r)
-    return total
-
-
-@inlined()
-def angle_curvature(x, slot, angles, arms, others, edges):
-    """The part of angles in the Laplacian of the potential, summed over their three beads.
-
-    With c and s the cosine and sine of theta, d the dimension, and beads as above, the squared
-    gradients of theta add up to 2 / r_i^2 + 2 / r_k^2 - 2 c / (r_i r_k), and its Laplacians to
-    2 (d - 2) (c (1 / r_i^2 + 1 / r_k^2) - 1 / (r_i r_k)) / s.
-    """
-    if angles is None:
-        return 0.0
-    gather(arms, angles, 0, x, slot, 0, edges, None)
-    total, (_, n) = 0.0, gather(others, angles, 0, x, slot, 2, edges, None)
-    for a in range(n):
-        at = opening(arms.apart, others.apart, a, edges)
-        over_s = at.sine / (at.sine * at.sine + CLOSEST)
-        squares = at.over_i * at.over_i + at.over_k * at.over_k
-        product = at.over_i * at.over_k
-        law = law_of(angles.law, a)
-        total += curvature(law, at.theta) * 2.0 * (squares - at.cosine * product)
-        bend = 2.0 * (len(edges) - 2) * over_s * (at.cosine * squares - product)
-        total -= force(law, at.theta) * bend
-    return total

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.forces import share_of_pair
-from dpd.engine.rows import difference_along, flat, push_apart
+from dpd.engine.beads import renew_bath, renew_wall_friction
+from dpd.engine.rows import difference_along, flat, of_bead, push_apart, share_of_pair
 from dpd.engine.search import PAIRS_AT_ONCE
-from dpd.engine.threads import Share
+from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
 from dpd.physics.common.forces import change
 from dpd.physics.common.noise import Keys, gaussian_noise, pair_word, uniform_noise
@@ -65,7 +65,6 @@ def row_edges(edges: tuple[float, ...], width: int) -> np.ndarray:
 
 @inlined()
 def add_rows(target, source, times, mine):
-    """Add so many times one array's rows to those of another, for a thread's share of the beads."""
     to, more, width = flat(target), flat(source), np.uint64(target.shape[1])
     for q in range(mine.first * width, mine.end * width):
         to[q] += times * more[q]
@@ -185,7 +184,6 @@ def put_inside_sliding(x, image, identity, mine, edges, slide):
 
 @inlined()
 def tilt_at(slide, step):
-    """The tilt at a step."""
     slid = np.int64(np.uint64(slide.parts * np.uint64(step) + slide.begun))
     return slid / 2.0**64 * slide.ratio
 
@@ -224,27 +222,11 @@ def drift_with_flow(x, v, f, peculiar, mine, time, half_square, slide):
 
 @inlined()
 def first_lost(lost, identity, step):
-    """The first bead that moved too far, if one did."""
     for rank in range(lost.shape[0]):
         slot = np.int64(lost[rank, SLOT])
         if slot >= 0:
             return Lost(np.int64(identity[slot]), step, lost[rank, DISTANCE])
     return Lost(np.int64(-1), step, 0.0)
-
-
-@inlined()
-def of_bead(values, species, s):
-    """The value for the species of the bead in slot s."""
-    if species is None:
-        return values[0]
-    return values[species[s]]
-
-
-@inlined()
-def of_bead_or_one(values, species, s):
-    if values is None:
-        return 1.0
-    return of_bead(values, species, s)
 
 
 @inlined(given="middle")
@@ -266,7 +248,6 @@ def divide_by_masses(f, species, mine, mass):
 
 @inlined(given="mass")
 def multiply_by_masses(f, species, mine, mass):
-    """Turn the accelerations back into forces."""
     for i in range(mine.first, mine.end):
         for k in range(f.shape[1]):
             f[i, k] *= of_bead(mass, species, i)
@@ -333,3 +314,31 @@ def exchange_momentum(beads, cached, exchange, mass, pairs, plan, keys):
                 for k in range(len(edges)):
                     v[i, k] += a * momentum * drag[k, q]
                     v[j, k] -= b * momentum * drag[k, q]
+
+
+@inlined()
+def finish(team, plan, beads, force, mine, shared, own, keys):
+    """What a step does after the force: kick, friction again, exchange of momentum."""
+    add_rows(beads.velocity, force, plan.times.kick, mine)
+    take_friction_again(team, plan, beads, force, mine, own.cached, shared.excess)
+    exchange = plan.forces.exchange
+    exchange_momentum(beads, own.cached, exchange, plan.mass, own.pairs, plan, keys)
+    second_half(beads, force, shared.image, mine, own.wrap, plan, plan.scheme.middle)
+
+
+@inlined(given="excess")
+def take_friction_again(team, plan, beads, force, mine, cached, excess):
+    """Replace the friction in the force by that of the velocities now."""
+    species, edges, forces = beads.species, plan.edges, plan.forces
+    change_since(excess, force, mine, plan.times.kick)
+    multiply_by_masses(force, species, mine, plan.mass)
+    for phase in range(len(cached.phase) - 1):
+        barrier(team)
+        renew_friction(
+            force, excess, cached.ends, cached.drag, cached.phase[phase], cached.phase[phase + 1],
+            edges,
+        )  # fmt: skip
+    barrier(team)
+    renew_bath(force, excess, species, mine, forces.langevin, edges)
+    renew_wall_friction(force, excess, beads.position, mine, forces.walls, edges)
+    divide_by_masses(force, species, mine, plan.mass)

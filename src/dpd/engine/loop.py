@@ -36,18 +36,17 @@ def run(
 ) -> int:  # fmt: skip
     """Equilibrate, then sample; return the steps done by this call, fewer than all after a resume.
 
-    An observer has ``every`` (steps between its samples), and ``arrays``, a dict of the arrays that
-    it fills, which is all that a checkpoint has of it. One with ``equilibration`` counts its
-    steps from the beginning of the run. It looks at a configuration with ``sample(simulation)``,
-    for which the compiled loop ends; or it takes sums over beads and pairs, which the loop adds up
-    on its way: ``record(sums)``, with `dpd.engine.state.Sums` of one or more of its steps;
+    An observer has ``every`` (steps between its samples), and ``arrays``, a dict of all that a
+    checkpoint has of it. One with ``equilibration`` counts its steps from the beginning of the run.
+    It has ``sample(simulation)``, for which the compiled loop ends; or ``record(sums)``, of
+    `dpd.engine.state.Sums` that the loop adds up on its way, of one or more of its steps, and
     ``needs_forces`` says whether it reads virial or energy.
 
-    ``steps`` are those to equilibrate and to sample, and ``progress`` gets the number done so far.
-    The checkpoint is read first if it is there, and saved every ``every_seconds`` of wall clock;
-    where one is refused, or cannot be written, ``say`` gets a sentence. ``stopping`` gives the
-    signal that asks to save and stop (`Stopped` is raised), or 0. ``systems`` are steps behind
-    which the system is another one, the first of them 0; none if it stays.
+    ``steps`` are those to equilibrate and to sample; ``progress`` gets the number done so far. The
+    checkpoint is read first, and saved every ``every_seconds`` of wall clock; where one is refused,
+    or cannot be written, ``say`` gets a sentence. ``stopping`` gives the signal that asks to save
+    and stop (`Stopped` is raised), or 0. ``systems`` are steps behind which the system is another
+    one, the first of them 0; none if it stays.
     """
     equilibrate, sample = steps
     last = equilibrate + sample
@@ -121,7 +120,6 @@ def advance_looking(simulation: Simulation, steps: int, look: Callable[[], objec
 
 
 def call_length(beads: int) -> int:
-    """Steps between looks at the clock."""
     return max(1, min(LONGEST_CALL, MOST_WORK // beads))
 
 
@@ -150,7 +148,7 @@ MARK, NOTE = "dpd_checkpoint", "note"
 
 
 class Stored(NamedTuple):
-    """What stands in a checkpoint: see `Checkpoint`."""
+    """What stands in a `Checkpoint`."""
 
     key: dict[str, Any]
     note: dict[str, Any]
@@ -215,10 +213,7 @@ class Checkpoint:
         return ""
 
     def resume(self, simulation: Simulation, observers: Sequence[Any]) -> str:
-        """Put simulation and observers, at their beginning, where the file left them.
-
-        Return why the file is refused, or nothing.
-        """
+        """Go on where the file left simulation and observers; why it is refused, or nothing."""
         if not os.path.lexists(self.path):
             return ""
         stored = stored_in(self.path)
@@ -233,7 +228,6 @@ class Checkpoint:
         return ""
 
     def discard(self) -> None:
-        """Remove the file once the run's result is written."""
         self.path.unlink(missing_ok=True)
 
 
@@ -267,9 +261,8 @@ def put_back(
 ) -> State:
     """What `arrays_of` took apart: the state; observers are filled with what they had.
 
-    They may be those of a run planned otherwise: their arrays do not depend on how long that is,
-    but for series and levels of correlations, for which a longer one has more room, and a shorter
-    one enough. One that looks less often there, and not yet, begins anew.
+    A run planned longer has more room for series and levels of correlations, a shorter one enough.
+    An observer that looks less often there, and not yet, begins anew.
     """
     found: dict[str, Any] = {each.name: stored.get(each.name) for each in fields(State)}
     for name, plain in (("step", int), ("slid", int), ("box", lambda box: tuple(map(float, box)))):

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dpd.engine import space
 from dpd.engine.rows import empty_rows, rows_of
 from dpd.engine.search import (
     Search,
@@ -13,16 +14,6 @@ from dpd.engine.search import (
     longest_line,
     next_pairs,
     pair_buffers,
-)
-from dpd.engine.space import (
-    cell_buffers,
-    count_cells,
-    edges_of,
-    find_places,
-    grid_of,
-    move_rows,
-    share_cells,
-    slide_of,
 )
 from dpd.engine.state import State
 from dpd.engine.threads import Share
@@ -44,9 +35,9 @@ class Sorted(NamedTuple):
 
 def sorted_beads(position: np.ndarray, box: Sequence[float], cutoff: float) -> Sorted:
     """Positions inside the box, to be searched for pairs nearer than a cutoff in r_c."""
-    x, edges, grid = rows_of(position), edges_of(box), grid_of(box, cutoff)
-    ordered, bead, slide = empty_rows(*x.shape), np.empty(len(x), np.uint32), slide_of(box)
-    cells = cell_buffers(grid, len(x), 1)
+    x, edges, grid = rows_of(position), space.edges_of(box), space.grid_of(box, cutoff)
+    ordered, bead, slide = empty_rows(*x.shape), np.empty(len(x), np.uint32), space.slide_of(box)
+    cells = space.cell_buffers(grid, len(x), 1)
     _sort(x, ordered, bead, cells, grid.shape, edges, slide)
     line = line_buffers(grid, int(longest_line(cells.most, grid.base)))
     return Sorted(
@@ -56,13 +47,12 @@ def sorted_beads(position: np.ndarray, box: Sequence[float], cutoff: float) -> S
 
 @kernel()
 def _sort(x, ordered, bead, cells, shape, edges, slide):
-    """Sort positions by cell; fill ``ordered``, ``bead`` and the arrays of `Cells`."""
     start, level, cell, along, place, free, most = cells
     mine = Share(np.uint64(0), np.uint64(len(bead)))
-    count_cells(x, mine, cell, along, free[0], edges, shape, slide)
-    share_cells(start, free, most, shape[len(edges) - 1])
-    find_places(place, level, mine, cell, along, free[0])
-    move_rows(x, ordered, mine, place, edges)
+    space.count_cells(x, mine, cell, along, free[0], edges, shape, slide)
+    space.share_cells(start, free, most, shape[len(edges) - 1])
+    space.find_places(place, level, mine, cell, along, free[0])
+    space.move_rows(x, ordered, mine, place, edges)
     for i in range(mine.first, mine.end):
         bead[place[i]] = np.uint32(i)
 

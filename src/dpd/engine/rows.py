@@ -1,4 +1,4 @@
-"""Arrays with a row for each bead, what kernels do with rows, and nearest images.
+"""Arrays with a row for each bead, what kernels do with rows, nearest images, values by species.
 
 Numba leaves out the pass of LLVM that joins the entries of a row into a vector, so what loads and
 stores a row at once is written out in LLVM's own instructions, with what runs under
@@ -92,7 +92,6 @@ def _copy_row(target, s, source, i, edges):
 
 @intrinsic_for(_copy_row)
 def copy_row(typing, target, s, source, i, edges):
-    """Copy row i to row s."""
     vector = _row_vector(edges)
 
     def code(context, builder, signature, arguments):
@@ -272,10 +271,53 @@ def add_tilt(apart, n, tilt, slide):
 
 
 @inlined()
-def squared_distance(one, i, other, j, edges):
-    """Squared distance of row i of one array from row j of another; not under shear."""
-    r2 = 0.0
-    for k in range(len(edges)):
-        d = nearest_image(one[i, k] - other[j, k], edges[k])
-        r2 += d * d
-    return r2
+def farthest_move(x, reference, mine, edges):
+    """Largest squared distance of a bead from the reference; infinity without a list."""
+    if reference is None:
+        return np.inf
+    farthest = 0.0
+    for i in range(mine.first, mine.end):
+        r2 = 0.0
+        for k in range(len(edges)):
+            d = nearest_image(x[i, k] - reference[i, k], edges[k])
+            r2 += d * d
+        farthest = max(farthest, r2)
+    return farthest
+
+
+@inlined()
+def of_pair(values, species, i, j):
+    """The value for the species of the beads in slots i and j."""
+    if species is None:
+        return values[0, 0]
+    return values[species[i], species[j]]
+
+
+@inlined()
+def share_of_pair(shares, species, i, j):
+    if shares is None:
+        return 1.0
+    return of_pair(shares, species, i, j)
+
+
+@inlined()
+def of_bead(values, species, s):
+    """The value for the species of the bead in slot s."""
+    if species is None:
+        return values[0]
+    return values[species[s]]
+
+
+@inlined()
+def of_bead_or_one(values, species, s):
+    if values is None:
+        return 1.0
+    return of_bead(values, species, s)
+
+
+@inlined()
+def velocity_seen(velocity, predicted):
+    """What the friction sees."""
+    if predicted is None:
+        return velocity
+    return predicted

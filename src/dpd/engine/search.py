@@ -13,15 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.rows import (
-    LANES,
-    lowest,
-    near,
-    nearest_images,
-    popcount,
-    squared_distance,
-    sum_to_column,
-)
+from dpd.engine.rows import LANES, lowest, near, nearest_images, popcount, sum_to_column
 from dpd.engine.space import IN_CELL, IN_ROW, SPARE, Cells, Grid, Slide, boxes_along
 from dpd.engine.threads import BLOCKS, next_task
 from dpd.jit import inlined
@@ -91,7 +83,6 @@ class Search(NamedTuple):
 
 
 def pair_buffers(dimension: int) -> Pairs:
-    """Buffers for all pairs that are found at once."""
     size = int(PAIRS_AT_ONCE + WORD)
     slots = {name: np.empty(size, np.uint32) for name in ("i", "j", "low", "high")}
     numbers = {name: np.empty(size) for name in Pairs._fields if name not in slots}
@@ -321,17 +312,6 @@ def list_pairs(team, x, search, reach, listed):
             block = next_task(team, BLOCKS + phase, first, last)
         listed.phase[phase + 1] = count
     return total
-
-
-@inlined()
-def farthest_move(x, reference, mine, edges):
-    """Largest squared distance of a bead from the reference; infinity without a list."""
-    if reference is None:
-        return np.inf
-    farthest = 0.0
-    for i in range(mine.first, mine.end):
-        farthest = max(farthest, squared_distance(x, i, reference, i, edges))
-    return farthest
 
 
 @inlined()

@@ -112,7 +112,6 @@ class Simulation(Snapshot):
         return self._measured(self.state.step).of(-1)
 
     def _measured(self, step):
-        """Sums where the beads are, leaving the state alone."""
         before = self.state
         try:
             return self.call(0, [step], measure=True)
@@ -230,7 +229,6 @@ class Simulation(Snapshot):
         )
 
     def _make_buffers(self):
-        """Buffers for the plan, with the room that has been needed so far."""
         self._listed: np.ndarray | None = None  # the reference of the list that is in them
         self._shared = self._shared_buffers()
         self._own = [self._buffers(self._room) for _ in range(self._threads)]
@@ -292,11 +290,8 @@ class Simulation(Snapshot):
         return shared._replace(image=np.array(self.state.image.T, np.int32, order="C"))
 
     def _refuse_behind(self, deepest):
-        """Refuse a bead too far behind a wall.
-
-        In a step a bead moves by 1 r_c at most, and half of the gap behind a plane is `reach` and
-        1 r_c: none can pass the middle of the gap unseen.
-        """
+        # In a step a bead moves by 1 r_c at most, and half of the gap behind a plane is `reach` and
+        # 1 r_c: none can pass the middle of the gap unseen.
         depth, bead, step = deepest[np.argmax(deepest[:, DEPTH])].tolist()
         if depth > (reach := self.system.walls.reach):
             raise Unstable(
@@ -307,8 +302,6 @@ class Simulation(Snapshot):
             )  # fmt: skip
 
     def _all_threads(self, beads, spare, force, reference, shared, span):
-        """What `advance` returns, run by all threads together."""
-
         def take_part(team, own):
             return advance(team, self._plan, beads, spare, force, reference, shared, own, span)
 

@@ -1,8 +1,5 @@
 """The periodic box, whose images may slide, and the cells that sort its beads.
 
-Edges, nearest images and the boxes that beads cross stand here in NumPy, for who looks at beads
-between steps; for kernels in `dpd.engine.rows`.
-
 Steady shear has the boundary conditions of Lees and Edwards (1972). Let x be the axis of the flow
 and y that of its gradient. The image above the box moves with the flow that is there, and the image
 below moves the other way. In a time they slide by g L_y times that time, with the rate g. At any
@@ -100,7 +97,6 @@ def edges_of(box: Sequence[float]) -> tuple[float, ...]:
 
 
 def slide_of(box: Sequence[float]) -> Slide | None:
-    """How the images of a box slide; None where they stay."""
     return getattr(box, "slide", None)
 
 
@@ -224,15 +220,13 @@ def _grid(box, shape):
 def make_blocks(layers: int, rows: int) -> Blocks:
     """`Blocks` of so many layers of cells along the first axis, with so many rows in each.
 
-    Pairs of a row push beads of that row and the next in its layer, and of those and the one
-    before in the next layer. So blocks touch only neighbours in their layers and in the layers
-    on both sides. A phase takes every second slab of layers, and of a slab every second block; of
-    an odd number of slabs the last, which touches the first, comes alone in the end.
+    Pairs of a row push beads of neighbouring rows, in its layer and the next. So a phase takes
+    every second slab of layers, and of a slab every second block; of an odd number of slabs the
+    last, which touches the first, comes alone in the end.
 
-    A layer is cut into as many as four pieces, for threads to have about as much to do whatever
-    the number of layers; not into more, as the neighbours of a piece are fetched along with it.
-    A slab is one layer until there are blocks enough. Of a large system it is more, and a bead
-    that comes as a neighbour comes as one of the next layer while it is still in cache.
+    A layer is cut into as many as four pieces, for threads to have about as much to do; not into
+    more, as the neighbours of a piece are fetched along with it. Of a large system a slab is more
+    than one layer: a neighbour comes again as a bead of the next while it is still in cache.
     """
     pieces = 4 if rows >= 4 * FEWEST else 2 if rows >= 2 * FEWEST else 1
     deep = max(1, layers * pieces // ENOUGH_BLOCKS)
@@ -251,7 +245,6 @@ def make_blocks(layers: int, rows: int) -> Blocks:
 
 
 def cell_buffers(grid: Grid, beads: int, threads: int) -> Cells:
-    """`Cells` to be filled by a sort."""
     cells = int(np.prod(grid.shape))
     level, cell, along, place = (np.empty(beads, np.uint32) for _ in range(4))
     return Cells(

@@ -25,54 +25,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine.beads import (
-    Across,
-    Near,
-    Sampled,
-    add_bath,
-    add_body_force,
-    add_up_beads,
-    add_walls,
-    move_sums,
-    renew_bath,
-    renew_wall_friction,
-)
-from dpd.engine.forces import (
-    Arms,
-    Bonded,
-    Cached,
-    add_angles,
-    add_bonds,
-    add_densities,
-    add_pair_forces,
-    cache_pairs,
-    close_phase,
-    find_slots,
-    gather_crowds,
-    gather_friction,
-    measure_pairs,
-)
-from dpd.engine.integrate import (
-    Lost,
-    Times,
-    add_rows,
-    change_since,
-    divide_by_masses,
-    drift,
-    exchange_momentum,
-    first_lost,
-    multiply_by_masses,
-    renew_friction,
-    second_half,
-    slide_to,
-)
-from dpd.engine.rows import copy_row
+from dpd.engine.beads import Across, Near, Sampled, add_bath, add_body_force, add_walls, take_sample
+from dpd.engine.forces import Arms, Bonded, Cached, add_bonded, add_some, close_phase, find_slots
+from dpd.engine.integrate import Lost, Times, divide_by_masses, drift, finish, first_lost, slide_to
+from dpd.engine.rows import copy_row, farthest_move, velocity_seen
 from dpd.engine.search import (
     Line,
     Listed,
     Pairs,
     Search,
-    farthest_move,
     list_pairs,
     listed_pairs,
     longest_line,
@@ -80,7 +41,7 @@ from dpd.engine.search import (
     place_of_piece,
 )
 from dpd.engine.space import Cells, Grid, Slide, count_cells, find_places, move_beads, share_cells
-from dpd.engine.threads import BATCHES, BLOCKS, barrier, new_round, next_task, share_of
+from dpd.engine.threads import BLOCKS, barrier, new_round, next_task, share_of
 from dpd.jit import inlined, kernel
 from dpd.physics.common.forces import Forces
 from dpd.physics.common.noise import Keys, step_keys
@@ -274,21 +235,6 @@ def renew_list(team, plan, x, reference, mine, shared, own, sorted_now, first):
             need[OF_LIST] = list_pairs(team, reference, search, 1.0 + plan.skin, own.listed)
 
 
-@inlined(given="bonds")
-def add_bonded(team, plan, x, force, bonds, shared, own, measure):
-    """Add the forces of bonds and of the angles between them, batch by batch."""
-    batches, slot, edges, slide = len(bonds.batch) - 1, shared.slot, plan.edges, plan.slide
-    task = next_task(team, BATCHES, 0, batches)
-    while task < batches:
-        virial, energy = shared.virial[task], shared.energy[task]
-        add_bonds(force, x, slot, bonds, task, own.arms, virial, energy, measure, edges, slide)
-        add_angles(
-            force, x, slot, plan.angles, task, own.arms, own.others, virial, energy, measure,
-            edges, slide,
-        )  # fmt: skip
-        task = next_task(team, BATCHES, 0, batches)
-
-
 @inlined(given="density")
 def find_densities(team, plan, beads, mine, density, shared, own, search):
     for i in range(mine.first, mine.end):
@@ -337,76 +283,9 @@ def add_pairs(team, plan, beads, force, shared, own, search, cutoff, listed, now
 
 
 @inlined()
-def add_some(plan, beads, force, shared, own, n, task, count, now):
-    pair, many_body, friction = plan.forces.pair, plan.forces.many_body, plan.forces.friction
-    edges, species, pairs = plan.edges, beads.species, own.pairs
-    if force is None:
-        add_densities(shared.density, pairs, n, many_body, edges)
-        return count
-    gather_crowds(pairs, n, shared.density)
-    v = velocity_of_friction(beads.velocity, beads.predicted)
-    gather_friction(pairs, n, v, beads, friction, edges, plan.slide, now.keys)
-    add_pair_forces(force, pairs, n, species, pair, many_body, friction, edges)
-    if now.measure:
-        measure_pairs(
-            shared.virial[task], shared.energy[task], pairs, n, species, pair, many_body, edges
-        )
-    return cache_pairs(own.cached, count, pairs, n, species, edges)
-
-
-@inlined()
-def velocity_of_friction(velocity, predicted):
-    if predicted is None:
-        return velocity
-    return predicted
-
-
-@inlined()
 def add_to_beads(team, plan, beads, force, mine, shared, near, now):
-    v, forces = velocity_of_friction(beads.velocity, beads.predicted), plan.forces
+    v, forces = velocity_seen(beads.velocity, beads.predicted), plan.forces
     add_bath(force, v, beads, mine, forces.langevin, near, now.keys, plan.edges)
     add_body_force(force, beads.position, beads.species, mine, forces.body_force)
     add_walls(team, force, v, beads, mine, forces.walls, near, shared, now, plan.edges)
     divide_by_masses(force, beads.species, mine, plan.mass)
-
-
-@inlined()
-def finish(team, plan, beads, force, mine, shared, own, keys):
-    """What a step does after the force: kick, friction again, exchange of momentum."""
-    add_rows(beads.velocity, force, plan.times.kick, mine)
-    take_friction_again(team, plan, beads, force, mine, own.cached, shared.excess)
-    exchange = plan.forces.exchange
-    exchange_momentum(beads, own.cached, exchange, plan.mass, own.pairs, plan, keys)
-    second_half(beads, force, shared.image, mine, own.wrap, plan, plan.scheme.middle)
-
-
-@inlined()
-def take_sample(team, plan, beads, shared, k):
-    """Take sums over all beads and pairs after a step, as the k-th sample."""
-    barrier(team)  # all have come to the end of the step
-    sampled = shared.sampled
-    add_up_beads(team, beads, plan.mass, plan.across, sampled, plan.edges)
-    barrier(team)
-    if team.rank == 0:
-        move_sums(sampled.moments, k, sampled.of_beads)
-        move_sums(sampled.virial, k, shared.virial)
-        move_sums(sampled.energy, k, shared.energy)
-        move_sums(sampled.walls, k, shared.at_walls)
-
-
-@inlined(given="excess")
-def take_friction_again(team, plan, beads, force, mine, cached, excess):
-    """Replace the friction in the force by that of the velocities now."""
-    species, edges, forces = beads.species, plan.edges, plan.forces
-    change_since(excess, force, mine, plan.times.kick)
-    multiply_by_masses(force, species, mine, plan.mass)
-    for phase in range(len(cached.phase) - 1):
-        barrier(team)
-        renew_friction(
-            force, excess, cached.ends, cached.drag, cached.phase[phase], cached.phase[phase + 1],
-            edges,
-        )  # fmt: skip
-    barrier(team)
-    renew_bath(force, excess, species, mine, forces.langevin, edges)
-    renew_wall_friction(force, excess, beads.position, mine, forces.walls, edges)
-    divide_by_masses(force, species, mine, plan.mass)

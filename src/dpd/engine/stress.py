@@ -4,29 +4,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dpd.engine.beads import add_wall_curvature
-from dpd.engine.forces import (
-    CLOSEST,
-    Arms,
-    Bonded,
-    add_angles,
-    add_bonds,
-    add_densities,
-    angle_curvature,
-    angles_of,
-    bond_curvature,
-    bonds_of,
-    buffers_of,
-    find_slots,
-    gather,
-    gather_crowds,
-    length,
-    of_pair,
-    opening,
-)
-from dpd.engine.integrate import of_bead
+from dpd.engine import forces
+from dpd.engine.forces import CLOSEST
 from dpd.engine.neighbours import Sorted, sorted_beads
-from dpd.engine.rows import push_apart, rows_of
+from dpd.engine.rows import of_bead, of_pair, push_apart, rows_of
 from dpd.engine.search import first_place, next_pairs
 from dpd.engine.state import State, System
 from dpd.engine.threads import Share
@@ -43,22 +24,22 @@ class Acting(NamedTuple):
     pair: Any
     many_body: Any
     density: np.ndarray | None  # (n,): about the bead in each slot
-    bonds: Bonded | None  # in one batch, as angles are
-    angles: Bonded | None
+    bonds: forces.Bonded | None  # in one batch, as angles are
+    angles: forces.Bonded | None
     identity: np.ndarray  # (n,) uint32
     slot: np.ndarray | None  # (n,) uint32: where to put that of each identity
-    arms: Arms | None
-    others: Arms | None
+    arms: forces.Arms | None
+    others: forces.Arms | None
 
 
 def acting_on(system: System, state: State, beads: Sorted) -> Acting:
-    density, bonds, d = None, _whole(bonds_of(system)), system.dimension
+    density, bonds, d = None, _whole(forces.bonds_of(system)), system.dimension
     if system.many_body is not None:
         density = np.zeros(len(beads.bead))
         _add_densities(density, beads, system.many_body)
-    angles = None if bonds is None else _whole(angles_of(system, bonds))
+    angles = None if bonds is None else _whole(forces.angles_of(system, bonds))
     slot = None if bonds is None else np.empty(len(beads.bead), np.uint32)
-    arms, others = buffers_of(d, bonds, angles), buffers_of(d, angles)
+    arms, others = forces.buffers_of(d, bonds, angles), forces.buffers_of(d, angles)
     pair = system.forces.pair
     return Acting(
         pair, system.many_body, density, bonds, angles, state.identity, slot, arms, others
@@ -66,7 +47,6 @@ def acting_on(system: System, state: State, beads: Sorted) -> Acting:
 
 
 def _whole(bonded):
-    """Bonds or angles in one batch."""
     if bonded is None:
         return None
     return bonded._replace(batch=np.array([0, len(bonded.members)], np.int64))
@@ -77,7 +57,7 @@ def _add_densities(density, beads, law):
     at = first_place()
     while at.slot < len(beads.bead):
         at, n = next_pairs(at, len(beads.bead), beads.ordered, beads.search, law.range)
-        add_densities(density, beads.search.pairs, n, law, beads.search.edges)
+        forces.add_densities(density, beads.search.pairs, n, law, beads.search.edges)
 
 
 class Slices(NamedTuple):
@@ -115,7 +95,7 @@ def _add_virial(virial, beads, species, acting, slices):
     at = first_place()
     while at.slot < n_beads:
         at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
-        gather_crowds(pairs, n, acting.density)
+        forces.gather_crowds(pairs, n, acting.density)
         for p in range(n):
             pairs.repulsion[p] = of_pair(pair.repulsion, species, pairs.i[p], pairs.j[p])
         for p in range(n):
@@ -131,16 +111,16 @@ def _add_virial(virial, beads, species, acting, slices):
             begin = beads.ordered[pairs.i[p], slices.axis]
             end = begin - pairs.separation[slices.axis, p]
             spread(virial, begin, end, pairs.force_over_r[p], pairs.weight_over_r[p], slices)
-    find_slots(slot, acting.identity, Share(np.uint64(0), np.uint64(n_beads)))
+    forces.find_slots(slot, acting.identity, Share(np.uint64(0), np.uint64(n_beads)))
     spread_bonds(virial, beads.x, slot, acting.bonds, arms, edges, slices)
     spread_angles(virial, beads.x, slot, acting.angles, arms, others, edges, slices)
 
 
 @inlined(given="bonds")
 def spread_bonds(virial, x, slot, bonds, arms, edges, slices):
-    _, n = gather(arms, bonds, 0, x, slot, 0, edges, None)
+    _, n = forces.gather(arms, bonds, 0, x, slot, 0, edges, None)
     for b in range(n):
-        r, along = length(arms.apart, b, edges), arms.apart[slices.axis, b]
+        r, along = forces.length(arms.apart, b, edges), arms.apart[slices.axis, b]
         over_r = force_over_r(law_of(bonds.law, b), r)
         normal = over_r * along * along
         begin = x[arms.i[b], slices.axis]
@@ -149,10 +129,10 @@ def spread_bonds(virial, x, slot, bonds, arms, edges, slices):
 
 @inlined(given="angles")
 def spread_angles(virial, x, slot, angles, arms, others, edges, slices):
-    gather(arms, angles, 0, x, slot, 0, edges, None)
-    _, n = gather(others, angles, 0, x, slot, 2, edges, None)
+    forces.gather(arms, angles, 0, x, slot, 0, edges, None)
+    _, n = forces.gather(others, angles, 0, x, slot, 2, edges, None)
     for a in range(n):
-        at = opening(arms.apart, others.apart, a, edges)
+        at = forces.opening(arms.apart, others.apart, a, edges)
         across = -force(law_of(angles.law, a), at.theta) * at.sine / (at.sine * at.sine + CLOSEST)
         spread_arm(virial, x, arms, others, a, across, at, at.over_i, at.over_k, edges, slices)
         spread_arm(virial, x, others, arms, a, across, at, at.over_k, at.over_i, edges, slices)
@@ -249,7 +229,7 @@ def _laplacian(total, slopes, beads, species, acting, walls, virial, sums):
     at = first_place()
     while at.slot < n_beads:
         at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
-        gather_crowds(pairs, n, acting.density)
+        forces.gather_crowds(pairs, n, acting.density)
         for p in range(n):
             i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
             r2 = CLOSEST
@@ -264,9 +244,9 @@ def _laplacian(total, slopes, beads, species, acting, walls, virial, sums):
             laplacian += 2.0 * (bent - (len(edges) - 1) * over_r)
             push_apart(total, i, j, over_r, pairs.separation, p, edges)
             laplacian += add_slopes(slopes, many_body, i, j, r, pairs.separation, p, edges)
-    find_slots(slot, acting.identity, Share(np.uint64(0), n_beads))
-    add_bonds(total, beads.x, slot, acting.bonds, 0, arms, virial, sums, False, edges, None)
-    add_angles(
+    forces.find_slots(slot, acting.identity, Share(np.uint64(0), n_beads))
+    forces.add_bonds(total, beads.x, slot, acting.bonds, 0, arms, virial, sums, False, edges, None)
+    forces.add_angles(
         total, beads.x, slot, acting.angles, 0, arms, others, virial, sums, False, edges, None
     )
     laplacian += bond_curvature(beads.x, slot, acting.bonds, arms, edges)
@@ -282,3 +262,57 @@ def add_slopes(slopes, many_body, i, j, r, separation, p, edges):
     steep = slope(many_body, r)
     push_apart(slopes, i, j, steep / r, separation, p, edges)
     return 2.0 * steep * steep
+
+
+@inlined()
+def bond_curvature(x, slot, bonds, arms, edges):
+    """The part of bonds in the Laplacian of the potential: u'' + (d - 1) u' / r at both ends."""
+    if bonds is None:
+        return 0.0
+    total, (_, n) = 0.0, forces.gather(arms, bonds, 0, x, slot, 0, edges, None)
+    for b in range(n):
+        r = forces.length(arms.apart, b, edges)
+        law = law_of(bonds.law, b)
+        over_r = force_over_r(law, r)
+        total += 2.0 * (curvature(law, r) - (len(edges) - 1) * over_r)
+    return total
+
+
+@inlined()
+def angle_curvature(x, slot, angles, arms, others, edges):
+    """The part of angles in the Laplacian of the potential, summed over their three beads.
+
+    With c and s the cosine and sine of theta, d the dimension, and beads as in `add_angles`, the
+    squared gradients of theta add up to 2 / r_i^2 + 2 / r_k^2 - 2 c / (r_i r_k), and its Laplacians
+    to 2 (d - 2) (c (1 / r_i^2 + 1 / r_k^2) - 1 / (r_i r_k)) / s.
+    """
+    if angles is None:
+        return 0.0
+    forces.gather(arms, angles, 0, x, slot, 0, edges, None)
+    total, (_, n) = 0.0, forces.gather(others, angles, 0, x, slot, 2, edges, None)
+    for a in range(n):
+        at = forces.opening(arms.apart, others.apart, a, edges)
+        over_s = at.sine / (at.sine * at.sine + CLOSEST)
+        squares = at.over_i * at.over_i + at.over_k * at.over_k
+        product = at.over_i * at.over_k
+        law = law_of(angles.law, a)
+        total += curvature(law, at.theta) * 2.0 * (squares - at.cosine * product)
+        bend = 2.0 * (len(edges) - 2) * over_s * (at.cosine * squares - product)
+        total -= force(law, at.theta) * bend
+    return total
+
+
+@inlined()
+def add_wall_curvature(f, x, species, walls):
+    """Add the forces of walls; return their part in the Laplacian of the potential."""
+    if walls is None:
+        return 0.0
+    laplacian = 0.0
+    for wall in range(len(walls.axis)):
+        axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
+        for s in range(len(x)):
+            z = inward * (x[s, axis] - place)
+            a = of_bead(walls.repulsion, species, s)
+            f[s, axis] += inward * force(walls, a, z)
+            laplacian += curvature(walls, a, z)
+    return laplacian

@@ -80,7 +80,6 @@ def fetch_add(typing, counters, place, more):
 
 @inlined()
 def barrier(team):
-    """Wait until all threads are here."""
     if team.size == 1:
         return
     before = fetch_add(team.counters, PASSED, 0)
@@ -120,5 +119,4 @@ def new_round(team):
 
 @inlined()
 def share_of(team, n):
-    """The `Share` of a thread in n things."""
     return Share(np.uint64(n * team.rank // team.size), np.uint64(n * (team.rank + 1) // team.size))
