@@ -136,7 +136,7 @@ def keep_whole(
     }  # fmt: skip
     part = f"{made['date']} {made['commit']}"
     parts = former.get("parts", {}) | {part: made}
-    figures, missing, rows, drawn = {}, [], [], False
+    figures, rows, drawn = {}, [], False
     contents: dict[str, bytes] = {}
     for paper, figure in [(each.name, figure) for each in papers for figure in each.figures]:
         name = f"{paper}/{figure}"
@@ -153,8 +153,6 @@ def keep_whole(
             contents |= {each: (target / each).read_bytes() for each in kept}
             archived = read_rows(target / VERDICTS)
             rows += [row for row in archived if f"{row['paper']}/{row['figure']}" == name]
-        else:
-            missing.append(name)
     runs = dict(_long_runs(target, papers, results, runs_from))
     if not drawn and not runs:
         raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
@@ -162,7 +160,7 @@ def keep_whole(
     manifest = {
         "study": study,
         "parts": {name: parts[name] for name in parts if name in figures.values()},
-        "figures": figures, "figures_missing": missing, "files": {},
+        "figures": figures, "files": {},
     }  # fmt: skip
     contents[MANIFEST] = manifest_text(manifest, contents).encode()
     if (size := sum(map(len, contents.values()))) > LIMIT:

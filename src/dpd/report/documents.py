@@ -108,8 +108,8 @@ def paper_page(name: str) -> str:
 
 def _study(name, study, table, paper):
     """What a study finds; no counts of figures that its archive lacks, stopped before its end."""
-    lacking = archive.manifest_of(study).get("figures_missing", ())
-    missing = [figure for figure in paper.figures if f"{name}/{figure}" in lacking]
+    drawn = archive.manifest_of(study).get("figures")
+    missing = [figure for figure in paper.figures if drawn and f"{name}/{figure}" not in drawn]
     return {
         "name": study, "description": read_study(study).description,
         "counts": counts(table), "deviations": deviations(table),

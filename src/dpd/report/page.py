@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -209,11 +208,11 @@ def glance(rows: Iterable[Row], papers: Sequence[Row]) -> Row:
         if own:
             y += 28
             lanes.append(lane)
-    z = np.array([row["z"] for row in chosen if math.isfinite(row["z"])])
-    marks = np.array([row["mark"] for row in chosen if math.isfinite(row["z"])])
-    edges = [-np.inf, *BINS[1:-1], np.inf]
-    bars = [{mark: int(((z >= a) & (z < b) & (marks == mark)).sum()) for mark in "rd"}
-            for a, b in pairwise(edges)]  # fmt: skip
+    decided = [row for row in chosen if math.isfinite(row["z"])]
+    z = np.array([row["z"] for row in decided])
+    within = {mark: [np.clip(r["z"], -6, 6) for r in decided if r["mark"] == mark] for mark in "rd"}
+    tally = {mark: np.histogram(each, BINS)[0].tolist() for mark, each in within.items()}
+    bars = [{"r": r, "d": d} for r, d in zip(tally["r"], tally["d"])]
     x = np.linspace(-6, 6, 121)
     normal = len(z) * 0.5 * np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
     top = 1.08 * max(normal.max(), *(bar["r"] + bar["d"] for bar in bars), 1)
