@@ -227,7 +227,6 @@ def sampled_buffers(
 
 @inlined()
 def add_up_beads(team, beads, mass, across, sampled, edges):
-    """Add up the moments of the velocities."""
     for task in range(team.rank, sampled.place.shape[0], team.size):
         first, end = task * PER_TASK, (task + 1) * PER_TASK
         if end > beads.position.shape[0]:
@@ -288,7 +287,6 @@ def move_sums(to, k, parts):
 
 @inlined()
 def take_sample(team, plan, beads, shared, k):
-    """Take sums over all beads and pairs after a step, as the k-th sample."""
     barrier(team)  # all have come to the end of the step
     sampled = shared.sampled
     add_up_beads(team, beads, plan.mass, plan.across, sampled, plan.edges)

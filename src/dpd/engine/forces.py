@@ -89,7 +89,6 @@ def add_densities(density, pairs, n, many_body, edges):
 
 @inlined(given="density")
 def gather_crowds(pairs, n, density):
-    """Find the sum of both local densities of each of ``n`` pairs."""
     for p in range(n):
         pairs.crowd[p] = density[pairs.i[p]] + density[pairs.j[p]]
 
@@ -267,7 +266,6 @@ def _as_compiled(law):
 
 
 def buffers_of(dimension: int, *bonded: Bonded | None) -> Arms | None:
-    """Room for the largest batch of some bonds or angles."""
     there = [each for each in bonded if each is not None]
     if not there:
         return None
@@ -280,7 +278,6 @@ def buffers_of(dimension: int, *bonded: Bonded | None) -> Arms | None:
 
 @inlined(given="slot")
 def find_slots(slot, identity, mine):
-    """Slots of a thread's share of the beads by identity, if there are bonds."""
     for s in range(mine.first, mine.end):
         slot[identity[s]] = uint32(s)
 
@@ -344,7 +341,6 @@ def add_bonded(team, plan, x, force, bonds, shared, own, measure):
 
 @inlined()
 def add_moment(virial, k, push, apart, b, edges):
-    """Add to both virials what a push along axis k does at a separation."""
     for m in range(len(edges)):
         virial[CONSERVATIVE, m, k] += apart[m, b] * push
         virial[ALL_FORCES, m, k] += apart[m, b] * push

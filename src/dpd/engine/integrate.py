@@ -93,7 +93,6 @@ def drift(beads, f, image, mine, wrap, lost, kick, plan):
 
 @inlined()
 def move_too_far(v, f, mine, times):
-    """Whether a bead would move further than `FARTHEST`, or to no number."""
     velocity, force, width, far = flat(v), flat(f), np.uint64(v.shape[1]), 0
     for q in range(mine.first * width, mine.end * width):
         far += not abs(times.drift * velocity[q] + times.half_square * force[q]) <= FARTHEST
@@ -119,7 +118,6 @@ def predict(predicted, v, f, mine, prediction):
 
 @inlined()
 def move(x, v, f, mine, times):
-    """Drift and half a kick."""
     place, velocity, force, width = flat(x), flat(v), flat(f), np.uint64(v.shape[1])
     for q in range(mine.first * width, mine.end * width):
         place[q] += times.drift * velocity[q] + times.half_square * force[q]
@@ -239,7 +237,6 @@ def second_half(beads, f, image, mine, wrap, plan, middle):
 
 @inlined(given="mass")
 def divide_by_masses(f, species, mine, mass):
-    """Turn the forces on a thread's share of the beads into accelerations."""
     for i in range(mine.first, mine.end):
         inverse = 1.0 / of_bead(mass, species, i)
         for k in range(f.shape[1]):
@@ -318,7 +315,6 @@ def exchange_momentum(beads, cached, exchange, mass, pairs, plan, keys):
 
 @inlined()
 def finish(team, plan, beads, force, mine, shared, own, keys):
-    """What a step does after the force: kick, friction again, exchange of momentum."""
     add_rows(beads.velocity, force, plan.times.kick, mine)
     take_friction_again(team, plan, beads, force, mine, own.cached, shared.excess)
     exchange = plan.forces.exchange
@@ -328,7 +324,6 @@ def finish(team, plan, beads, force, mine, shared, own, keys):
 
 @inlined(given="excess")
 def take_friction_again(team, plan, beads, force, mine, cached, excess):
-    """Replace the friction in the force by that of the velocities now."""
     species, edges, forces = beads.species, plan.edges, plan.forces
     change_since(excess, force, mine, plan.times.kick)
     multiply_by_masses(force, species, mine, plan.mass)

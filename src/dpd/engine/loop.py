@@ -129,7 +129,6 @@ def counts_from(observer: Any, equilibrate: int) -> int:
 
 
 def next_sample(observer: Any, now: int, equilibrate: int) -> int:
-    """Step of the observer's next sample after ``now``."""
     first = counts_from(observer, equilibrate)
     return first + (max(now - first, 0) // observer.every + 1) * observer.every
 

@@ -183,8 +183,6 @@ def push_apart(typing, force, i, j, scale, along, p, edges):
 
 @intrinsic_for(lambda word: np.uint64(int(word).bit_count()))
 def popcount(typing, word):
-    """Number of bits that are set."""
-
     def code(context, builder, signature, arguments):
         return builder.ctpop(arguments[0])
 

@@ -134,7 +134,6 @@ def make_room(row, start, base, first, ahead, to):
 
 @inlined()
 def merge_rows(row, x, start, level, base, shift, line, edges, slide):
-    """Fill the line with the beads of a row and of those ahead of it."""
     position, slot, first, ahead, to, _ = line
     make_room(row, start, base, first, ahead, to)
     levels, rows = ahead.shape[0] - 1, base.shape[1]

@@ -138,7 +138,6 @@ class Simulation(Snapshot):
             raise
 
     def sample_in_box(self, steps: int, at: np.ndarray, measure: bool) -> Sums:
-        """The same, with the box as it is now."""
         if not (measure and self.system.scheme.middle and len(at)):
             return self.call(steps, at, measure)
         end, parts = self.state.step + steps, []

@@ -290,7 +290,6 @@ def cell_of(x, i, edges, shape, slide):
 
 @inlined()
 def count_cells(x, mine, cell, along, count, edges, shape, slide):
-    """Find the cells of a thread's share of the beads, and count them."""
     for c in range(count.shape[0]):
         count[c] = uint32(0)
     for i in range(mine.first, mine.end):

@@ -148,7 +148,6 @@ class System:
 
     @property
     def forces(self) -> Forces:
-        """All that acts on beads, as kernels take it."""
         repulsion = np.ascontiguousarray(self.pair.repulsion, dtype=np.float64)
         return Forces(
             self.pair._replace(repulsion=repulsion), self.many_body, self.bond, self.angle,
@@ -156,7 +155,6 @@ class System:
         )  # fmt: skip
 
     def _walls(self):
-        """The walls with their friction, if they have any."""
         gamma = float(self.wall_friction)
         if self.walls is None or gamma == 0.0:
             return self.walls

@@ -198,7 +198,6 @@ def farthest(moved):
 
 @inlined()
 def sort_together(team, x, mine, cells, grid, edges, slide):
-    """Find by cell where beads go, each thread for its own."""
     start, level, cell, along, place, free, most = cells
     count_cells(x, mine, cell, along, free[team.rank], edges, grid.shape, slide)
     barrier(team)
