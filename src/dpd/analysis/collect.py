@@ -1,10 +1,9 @@
 """The runs of a sweep, or what it calculates, as one labelled dataset."""
 
-from __future__ import annotations
-
 import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,10 +16,6 @@ from dpd.own import blaming
 from dpd.page import Calculation, Quantity
 from dpd.scene.scene import Scene
 from dpd.sources import calculations_file, run_sources, stage_digest
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
 
 LAST = "last_"  # what variables of the last configuration begin with: it stays with its run
 RECORDED = {
@@ -38,12 +33,12 @@ RECORDED = {
 def collect(sweep: Any, paths: Iterable[str | Path], any_version: bool = False) -> xr.Dataset:
     """Put runs of a `dpd.pipeline.sweep.Sweep`, one per point in order, on its axes; replica last.
 
-    A series becomes its mean, ``_error`` (standard error, from all replicas of its point),
-    ``_degrees`` (its share of the degrees of freedom of that), ``_correlation_time`` in tau,
-    ``_trend`` per tau with ``_trend_error``, and ``_spread`` (standard deviation about the
-    trend). Blocks and tables are kept whole, filled up with NaN where runs have fewer
-    molecules or lags than others; so are the series that the sweep names (kT if it names none),
-    where all runs share one time axis. An error is NaN where a run is too short for it.
+    A series becomes its mean, ``_error`` (standard error, from all replicas of its point; NaN where
+    a run is too short), ``_degrees`` (its share of the degrees of freedom of that),
+    ``_correlation_time`` in tau, ``_trend`` per tau with ``_trend_error``, and ``_spread`` (the
+    standard deviation about the trend). Blocks and tables are kept whole, filled up with NaN where
+    runs have fewer molecules or lags than others; so are the series that the sweep names (kT if it
+    names none), where all runs share one time axis.
 
     ``any_version``: whether other sources than today's may have made them. Raises `UserError` if a
     run was made by other sources or from another scene.
@@ -113,8 +108,8 @@ def calculate(
 ) -> xr.Dataset:
     """Calculate a paper's sweep of theory: dimensions are its axes, and those of its arrays.
 
-    ``progress`` is called with the number of points done. A point without a solution is refused
-    with its name and why.
+    ``progress`` is called with the number of points done. Raises `UserError` of a point without a
+    solution.
     """
     begun, found = time.perf_counter(), []
     for done, point in enumerate(sweep.points, 1):
@@ -158,9 +153,8 @@ def _description(sweep):
         else f"{axis.long_name} {axis.labels[0]} to {axis.labels[-1]} ({len(axis.labels)} values)"
         for axis in sweep.axes
     )
-    return (
-        f"calculated, nothing is simulated: {sweep.points[0].scene.key.replace('_', ' ')}; {axes}."
-    )
+    what = sweep.points[0].scene.key.replace("_", " ")
+    return f"calculated, nothing is simulated: {what}; {axes}."
 
 
 def name_of(path: str | Path) -> str:
@@ -197,8 +191,8 @@ def _summed(runs, name, replicas):
 def _means(series, replicas):
     """Mean, error, degrees of freedom of the error, and correlation time of each of some series.
 
-    Errors of the replicas of a point are from the variance and correlation of all of them, and each
-    has its share of their degrees of freedom: that of their mean has them all.
+    Errors are from the variance and correlation of all replicas of a point; each has its share of
+    their degrees of freedom.
     """
     found = []
     for first in range(0, len(series), replicas):
@@ -229,10 +223,10 @@ def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:
     shape = np.max([array.shape for array in arrays], axis=0)
     if all((array.shape == shape).all() for array in arrays):
         return arrays
-    room = [shape - array.shape for array in arrays]
+    rooms = [[(0, n) for n in shape - array.shape] for array in arrays]
     return [
-        np.pad(array.astype(float), [(0, n) for n in more], constant_values=np.nan)
-        for array, more in zip(arrays, room)
+        np.pad(array.astype(float), room, constant_values=np.nan)
+        for array, room in zip(arrays, rooms)
     ]
 
 
@@ -256,14 +250,11 @@ def load(path: str | Path, remedy: str = "delete it and let snakemake make it ag
 
 
 def save(data: xr.Dataset, path: str | Path) -> None:
-    """Write a dataset whole or not at all, in the types that it has in memory.
-
-    A type remembered from a file that was read would be forced on values put in since.
-    """
-    plain = data.drop_encoding()
+    """Write a dataset whole or not at all, in the types that it has in memory."""
 
     def fill(draft):
         with files.opened(draft, "w") as file:
-            plain.dump_to_store(NetCDF4DataStore(file))
+            # A type remembered from a file that was read would be forced on values put in since.
+            data.drop_encoding().dump_to_store(NetCDF4DataStore(file))
 
     files.replace_whole(path, fill)

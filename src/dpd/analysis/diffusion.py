@@ -1,9 +1,8 @@
 """How beads and chains move: displacements, exponents, D; end-to-end correlation, relaxation."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -11,10 +10,7 @@ import xarray as xr
 from dpd.analysis.collect import first_scene, padded
 from dpd.analysis.statistics import jackknife_error, linear_fit, taped, widened_by
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    Value = TypeVar("Value", bound=float | np.ndarray)
+Value = TypeVar("Value", bound=float | np.ndarray)
 
 SLOPE_OVER = 4.0  # ratio of the times that a local slope is taken over
 FEWEST = 4  # lags that a line is fitted to
@@ -116,9 +112,8 @@ def resampled(
 def _far(found, part):
     """With errors at lags longer than a part from molecules alone, as parts overlap there.
 
-    How much larger errors are because molecules share motion is taken from the decade of lags up
-    to a part: the ratio of both errors there, if it is above 1. In four groups of walkers that
-    share up to 70 % of their steps the rms of z is 0.8 to 1.3, up to half the run.
+    Shared motion makes them larger by the ratio of both errors in the decade of lags up to a part,
+    if it is above 1. Of walkers that share up to 70 % of their steps the rms of z is 0.8 to 1.3.
     """
     value, molecules, parts = found.value, found.without_molecules, found.without_part
     far, near = found.time > part, (found.time > part / DECADE) & (found.time <= part)
@@ -184,10 +179,8 @@ def diffusion_constant(
     if between.sum() < FEWEST:
         return np.nan, np.nan
 
-    def slope(g):
-        return np.polyfit(found.time[between], g[between], 1)[0] / (2 * dimension)
-
-    value, error = found.derived(slope)
+    time, over = found.time[between], 2 * dimension
+    value, error = found.derived(lambda g: np.polyfit(time, g[between], 1)[0] / over)
     return float(value), float(error)
 
 
@@ -195,14 +188,12 @@ def subdiffusion(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     """Displacements, local slopes and exponents of the points of a sweep of chains.
 
     The subdiffusive window is where a bead has moved more than two bonds and less than the
-    chain's size: 4 <l^2> < g_i < R_g^2. Below it beads fly freely or feel only their
-    neighbours, above it the whole chain diffuses.
+    chain's size: 4 <l^2> < g_i < R_g^2.
 
     ``sweep``: collected, with ``displacement``, ``bonds`` and ``chains`` observed, over one axis.
     Over it and ``lag``: `CURVES`, slope being that of inner. Over the axis: `NUMBERS`: ``exponent``
-    of inner in the window, ``first`` and ``last`` time and ``low`` and ``high`` square displacement
-    of that; ``lowest``, the smallest local slope, at ``lowest_time`` and ``lowest_square``;
-    ``beads`` of the longest chain and ``friction`` of the run.
+    of inner in the window, which begins and ends at ``first`` and ``last``, ``low`` and ``high``;
+    ``lowest``, the smallest local slope; ``beads`` of the longest chain, ``friction`` of the run.
     """
     points = [_of_chains(sweep.sel({axis: place})) for place in sweep[axis].values]
     data = xr.Dataset(coords={axis: sweep[axis]})
@@ -253,10 +244,7 @@ def _of_chains(at):
 
 
 def in_tail(share: np.ndarray, low: float = TAIL_LOW, high: float = TAIL_HIGH) -> np.ndarray:
-    """Whether each lag lies in the tail, given C(t) / C(0) by increasing lag.
-
-    The first lag below the tail ends it, whatever noise does later.
-    """
+    """Which lags lie in the tail of C(t) / C(0), by increasing lag: the first below it ends it."""
     return (share < high) & (np.minimum.accumulate(share) > low)
 
 
@@ -335,5 +323,4 @@ def power(
         fit = linear_fit([np.ones_like(x)], y - exponent * x, spread)
         return Power(exponent, 0.0, float(fit.values[0]), fit.p_value)
     fit = linear_fit([np.ones_like(x), x], y, spread)
-    (height, free), (_, free_error) = fit.values, fit.errors
-    return Power(float(free), float(free_error), float(height), fit.p_value)
+    return Power(float(fit.values[1]), float(fit.errors[1]), float(fit.values[0]), fit.p_value)

@@ -1,11 +1,8 @@
 """Slabs of A and of B: their interfaces, compositions and chi.
 
-A slab may move while a run goes on, by some tenths of r_c, and beads of the minority then come
-nearer to a window that stays in place. So positions are found block by block, and densities are
+Slabs move by some tenths of r_c in a run, so positions are found block by block, and densities are
 taken at distances from them.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 
@@ -67,8 +64,7 @@ def slabs(density: np.ndarray, z: np.ndarray, length: float) -> Slabs:
     ``density``: (block, 2, n) array; of A and B in consecutive blocks of the run; A began in the
     first half. ``z``: (n,) array; middles of slices of equal width. ``length``: of the box along z.
     """
-    position = interfaces(density, z, length)
-    thickness = z[1] - z[0]
+    position, thickness = interfaces(density, z, length), z[1] - z[0]
     distance = np.arange(0.5 * thickness, length / 4, thickness)
     seen = [_seen_from(block, z, length, at, distance) for block, at in zip(density, position)]
     lost = bool((np.abs(position - _first_places(length)) >= FARTHEST * length).any())
@@ -79,8 +75,7 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
     """Positions of both interfaces in each block, (block, 2); arguments as of `slabs`.
 
     Two hyperbolic tangents are fitted to the fraction of A: all parameters to the mean of the run,
-    then, with width and compositions held, the positions to each block. An interface that the fit
-    puts farther off than `FARTHEST` stays there, as near the critical point, where there is none.
+    then the positions alone to each block, no farther off than `FARTHEST`.
     """
     fraction = density[:, 0] / density.sum(axis=1)
     began = _first_places(length)
@@ -134,14 +129,13 @@ def interface_width(seen: Slabs) -> tuple[float, float]:
     """
     slice_width = seen.distance[1] - seen.distance[0]
 
+    def profile(d, m, xi):
+        return m * np.tanh(2 * d / xi)
+
     def width(mean):
-        minority, majority = mean
-        depth = majority[-1] - minority[-1]
+        depth = mean[1] - mean[0]
         try:
-            _, xi = curve_fit(
-                lambda d, m, xi: m * np.tanh(2 * d / xi),
-                seen.distance, majority - minority, p0=(depth, WIDTH),
-            )[0]  # fmt: skip
+            _, xi = curve_fit(profile, seen.distance, depth, p0=(depth[-1], WIDTH))[0]
         except RuntimeError:
             return np.nan
         return np.sqrt(max(0.0, xi**2 - 12 * slice_width**2 / np.pi**2))
@@ -174,14 +168,13 @@ class Composition(NamedTuple):
 def composition(seen: Slabs, slice_volume: float) -> Composition:
     """Minority fraction far from the interfaces, both phases taken together.
 
-    Interfaces between chains reach far: where a tail is left in the middle of the slabs,
-    an average there is no bulk value. So the fraction beyond `TAIL` is fitted by
-    phi + A cosh((L/4 - d) / xi), d the distance from the nearer interface, which is the
-    form of two small tails, and phi is what is asked for. A hyperbolic tangent of width w has
-    xi = w / 4; up to twice that is allowed, beyond it noise of the bulk would pass for a tail.
+    Tails of interfaces between chains reach to the middle of the slabs. So the fraction beyond
+    `TAIL` is fitted by phi + A cosh((L/4 - d) / xi), d the distance from the nearer interface, and
+    phi is what is asked for. A hyperbolic tangent of width w has xi = w / 4; up to twice that is
+    allowed, beyond it noise of the bulk would pass for a tail.
 
-    The error is that of an average over the bulk, or that of the fit, by leaving out groups of
-    blocks in turn: the larger. NaN, and so not settled, where the run is too short for it.
+    The error is that of an average over the bulk or that of the fit, the larger. NaN, and so not
+    settled, where the run is too short for it.
     """
     bulk = in_bulk(seen.distance)
     minority = seen.density[:, 0, bulk].sum(axis=1)
@@ -226,10 +219,8 @@ def bulk_fraction(profile: np.ndarray, distance: np.ndarray, widest: float) -> f
             coefficients = np.array([y.mean(), 0.0])
         return coefficients, np.sum((y - coefficients @ basis) ** 2)
 
-    best = minimize_scalar(lambda decay: fit(decay)[1], bounds=(SHORTEST, widest),
-                           method="bounded").x  # fmt: skip
-    (bulk, _), _ = fit(best)
-    return max(0.0, float(bulk))
+    best = minimize_scalar(lambda decay: fit(decay)[1], bounds=(SHORTEST, widest), method="bounded")
+    return max(0.0, float(fit(best.x)[0][0]))
 
 
 def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float, float]:
@@ -247,8 +238,7 @@ def chi_and_error(fraction: float, error: float, length: int = 1) -> tuple[float
 def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     """chi per segment of every point of a sweep of slabs over one axis, replicas taken together.
 
-    ``sweep``: collected runs of two species in slabs, with profiles. Result: the names of
-    `FOUND` over the axis; ``settled`` is 1 or 0.
+    ``sweep``: collected runs of two species in slabs, with profiles. Result: `FOUND` over the axis.
     """
     rows = [_chi_of_point(sweep.isel({axis: place})) for place in range(sweep.sizes[axis])]
     variables = {
@@ -274,12 +264,11 @@ def _chi_of_point(runs):
         float(np.mean([part.counted for part in parts])),
         any(part.mixed for part in parts),
     )
-    length = len(scene.molecules[0].beads)
-    chi, chi_error = chi_and_error(together.fraction, together.error, length)
+    chi = chi_and_error(together.fraction, together.error, len(scene.molecules[0].beads))
     a, b = scene.species.index("A"), scene.species.index("B")
     return together._asdict() | {
-        "chi": chi,
-        "chi_error": chi_error,
+        "chi": chi[0],
+        "chi_error": chi[1],
         "settled": float(together.settled),
         "width": float(widths.mean()),
         "width_error": float(np.sqrt((width_errors**2).sum())) / len(widths),

@@ -1,21 +1,16 @@
 """Means, errors that know about correlation, their degrees of freedom, and fits."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
-from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    import numpy.typing as npt
-
-    P = ParamSpec("P")
-    R = TypeVar("R")
-    Errors = Mapping[str, float]
-    Values = float | np.ndarray  # numbers of data that have one dimension, else arrays
+P = ParamSpec("P")
+R = TypeVar("R")
+Errors = Mapping[str, float]
+Values = float | np.ndarray  # numbers of data that have one dimension, else arrays
 
 COVERAGE = 1.96  # standard errors on either side of a 95 % interval
 LEVEL = 0.975  # below the upper end of that interval
@@ -100,12 +95,13 @@ def widened_by(degrees: Any, factor: Any) -> Any:
 def degrees_of(make: Callable[[Callable[[Any], Any]], tuple[R, Errors]]) -> tuple[R, Errors]:
     """What a function makes, and the degrees of freedom of the errors that it gives, by name.
 
-    What `taped` functions give is made once. Then all is made again some times, with each error
-    multiplied by the root of chi-square over its degrees of freedom. How far the error at the end
-    scatters says how many it has: of sums of variances this is what Welch and Satterthwaite have,
-    and it holds for fits and weights as well. Infinite of errors that do not scatter; empty where
-    errors decide what is calculated. ``make`` gets a function that gives such factors, for errors
-    that were made before; it returns what is asked for, and errors by name.
+    What `taped` functions give is made once; then all is made again with each error multiplied by
+    the root of chi-square over its degrees of freedom. How far the error at the end scatters says
+    how many it has: of sums of variances what Welch and Satterthwaite have, and it holds for fits
+    as well. Infinite of errors that do not scatter; none where errors decide what is calculated.
+
+    ``make`` gets a function that gives such factors, for errors that were made before; it returns
+    what is asked for, and errors by name.
     """
     global _tape
     _tape = tape = _Tape()
@@ -133,8 +129,7 @@ def degrees_of(make: Callable[[Callable[[Any], Any]], tuple[R, Errors]]) -> tupl
 
 def student(degrees: Values) -> Values:
     """Student's t over 1.96, of so many degrees of freedom."""
-    # Here, as most jobs need no SciPy; and scipy.stats would take most of a second to import.
-    from scipy.special import stdtrit
+    from scipy.special import stdtrit  # most jobs need no SciPy; scipy.stats takes a second
 
     return stdtrit(np.minimum(degrees, MANY), LEVEL) / COVERAGE
 
@@ -157,16 +152,13 @@ class Spread(NamedTuple):
 def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spread:
     """Variance of the mean of a series, (n, ...), n > 1, by its autocorrelation up to one window.
 
-    tau = 1/2 + sum of the normalised autocorrelation up to the first lag W that is ``reach`` times
-    tau (Sokal's self-consistent window), with what a single exponential has beyond it, times 1 + (2
-    W + 1) / n for what subtracting the sample's own mean has cost (Wolff 2004, Eq. 49), and at
-    least 1/4: noise may be taken back in part by the next, and a floor of 1/2 made errors of white
-    noise a tenth too large. The variance of the mean is 2 tau / n times that of the samples. tau^2
-    has a variance of 4 (W + 1/2 - tau) / n tau^2 (his Eq. 42), so that the variance of the mean has
-    n / (2 W + 1) degrees of freedom; half a one less as W is found with it (by calibration).
+    The window W is the first lag that is ``reach`` times tau (Sokal). To tau comes what a single
+    exponential has beyond it, and 1 + (2 W + 1) / n for subtracting the sample's own mean (Wolff
+    2004, Eq. 49). It is at least 1/4, as noise may be taken back by the next: a floor of 1/2 made
+    errors of white noise a tenth too large. By his Eq. 42 the variance has n / (2 W + 1) degrees of
+    freedom; half a one less as W is found with it (by calibration).
 
-    ``alike``: whether the last axis counts replicas: of one variance and correlation, found from
-    all.
+    ``alike``: whether the last axis counts replicas, of one variance and correlation.
     """
     n, replicas = len(x), x.shape[-1] if alike else 1
     x = x - x.mean(axis=0)
@@ -181,12 +173,10 @@ def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spre
     lag = np.arange(1, n).reshape(-1, *[1] * (tau.ndim - 1))
     beyond = lag >= reach * np.maximum(tau, 0.5)
     beyond[-1] = True
-    last = beyond.argmax(axis=0)
-    window = last + 1
-    tau = np.take_along_axis(tau, last[None], axis=0)[0]
+    window = beyond.argmax(axis=0) + 1
+    tau = np.take_along_axis(tau, window[None] - 1, axis=0)[0]
     tau = 0.5 + (tau - 0.5) / (1 - np.exp(-window / np.maximum(tau, 0.5)))
-    tau = tau * (1 + (2 * window + 1) / n)
-    tau = np.maximum(tau, 0.25)
+    tau = np.maximum(tau * (1 + (2 * window + 1) / n), 0.25)
     degrees = np.clip(replicas * n / (2 * window + 1) - 0.5, 1, replicas * (n - 1))
     found = 2 * tau * variance / (n - 1), degrees, n / tau
     return Spread(*(np.broadcast_to(each, x.shape[1:]) for each in found))
@@ -195,12 +185,11 @@ def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spre
 def spread_of_mean(x: np.ndarray, alike: bool = False) -> Spread:
     """Variance of the mean of a correlated series, (n, ...), n > 1.
 
-    By `by_window`, of the samples, and of 25 to 64 or a few more averages over consecutive ones,
-    which count where they say something else by `SURE` standard errors: noise from one sample to
-    the next fades in them, and a slow part below it, at which a window on the samples closes too
-    early, comes out; so does a long tail of negative correlation, as of the force on a wall, whose
-    error by the samples is four times too large. Fewer than 25 cannot tell their correlation: four
-    parts of them count as independent, and ``times`` is infinite.
+    By `by_window`, of the samples, and of about 25 to 64 averages over consecutive ones, which
+    count where they say something else by `SURE` standard errors: a slow part below the noise comes
+    out in them, and a long tail of negative correlation, as of the force on a wall, whose error by
+    the samples is four times too large. Fewer than 25 cannot tell their correlation: four parts of
+    them count as independent, and ``times`` is infinite.
 
     ``alike``: as of `by_window`. Result: of the mean of one replica; degrees are of all together.
     """
@@ -216,10 +205,8 @@ def spread_of_mean(x: np.ndarray, alike: bool = False) -> Spread:
     count = min(BLOCKS, n // LEAST)
     if count < FEW:
         return by_window(x, OF_BLOCKS, alike)
-    fine, coarse = (
-        by_window(x, WINDOW, alike),
-        by_window(averaged(x, n // count), OF_AVERAGES, alike),
-    )
+    fine = by_window(x, WINDOW, alike)
+    coarse = by_window(averaged(x, n // count), OF_AVERAGES, alike)
     apart = 1 + SURE * np.sqrt(2 / coarse.degrees)
     low, high = np.sort([fine.variance, coarse.variance], axis=0)
     return Spread(*(np.where(high > low * apart, *pair) for pair in zip(coarse, fine)))
@@ -235,8 +222,7 @@ def averaged(x: np.ndarray, size: int) -> np.ndarray:
 def block_mean_and_error(blocks: npt.ArrayLike, alike: bool = False) -> tuple[Values, Values]:
     """Mean over the first axis, in which time runs, of (n, ...) values, and its standard error.
 
-    ``alike``: as of `by_window`. NaN for a single block, and where the run is too short, by
-    `TOO_SHORT`.
+    ``alike``: as of `by_window`. NaN for a single block, and where a run is `TOO_SHORT`.
     """
     x = np.asarray(blocks, dtype=float)
     mean = x.mean(axis=0)
@@ -288,9 +274,8 @@ class Trend(NamedTuple):
 def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> Trend:
     """Linear trend of a correlated (n,) series, per unit of time.
 
-    The error is as that of `mean_and_error`, by the correlation of what is left from the line; what
-    is left of an exact line is rounding, and counts as nothing. NaN for fewer than three samples,
-    or where one is missing.
+    The error is by the correlation of what is left from the line, 0 if that is rounding. NaN for
+    fewer than three samples, or where one is missing.
     """
     t, x = np.asarray(time, dtype=float), np.asarray(series, dtype=float)
     if len(x) < 3 or not np.isfinite(x).all():
@@ -323,18 +308,16 @@ def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tu
 def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     """Standard error of what was found leaving out one part of a run after the other, (parts, ...)
 
-    Parts that follow each other are correlated as blocks are: the error is that of the mean of
-    -(n - 1) times what was found, Tukey's pseudo-values but for a constant.
+    Parts in time are correlated: it is that of the mean of Tukey's pseudo-values, but for a
+    constant.
     """
-    _, error = block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))
-    return error
+    return block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))[1]
 
 
 def jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
     """Standard error of what was found leaving out one of independent groups, (groups, ...)."""
     values = -(len(left_out) - 1) * np.asarray(left_out)
-    _, error = independent_mean_and_error(np.moveaxis(values, 0, -1))
-    return error
+    return independent_mean_and_error(np.moveaxis(values, 0, -1))[1]
 
 
 def over_replicas(values: np.ndarray, errors: np.ndarray, axis: int) -> tuple[Values, Values]:
@@ -372,8 +355,8 @@ def likelihood(chi_square: float, degrees: int) -> float:
 def scatter(chi_square: float, degrees: int) -> float:
     """Factor on errors of a fit: 1, or the root of a reduced chi-square that is `UNLIKELY` large.
 
-    A factor that never is below 1, and follows each larger chi-square, would be too large on
-    average: by a quarter with one degree of freedom, and often by more than 2.
+    One that follows each larger chi-square, and never is below 1, is too large on average: by a
+    quarter with one degree of freedom.
     """
     if degrees and likelihood(chi_square, degrees) < UNLIKELY:
         return float(np.sqrt(chi_square / degrees))
@@ -394,10 +377,8 @@ def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | No
     basis, y, alone = np.atleast_2d(basis), np.asarray(y), error is None
     error = np.ones(len(y)) if error is None else np.asarray(error)
     if unknown := np.sum(~(np.isfinite(error) & (error > 0))):
-        raise ValueError(
-            f"{unknown} of {len(y)} points have no error > 0, and so no weight: leave them out "
-            "before the fit"
-        )
+        text = "points have no error > 0, and so no weight: leave them out before the fit"
+        raise ValueError(f"{unknown} of {len(y)} {text}")
     terms, n = basis.shape
     if n < terms:
         raise ValueError(f"{n} points do not fix {terms} coefficients")

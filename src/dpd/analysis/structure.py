@@ -1,9 +1,8 @@
 """Fluids at rest: g(r), its first peak, how close beads come; excess pressure; derived values."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,10 +12,6 @@ from dpd.analysis.statistics import block_mean_and_error, over_replicas
 from dpd.errors import UserError, suggestion
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import changed
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
 
 FLANK = 4.0  # over and under a level, what counts as near it
 AROUND = 0.15  # r_c on either side of a peak, for the cubic through it
@@ -31,12 +26,11 @@ def peak(r: np.ndarray, g: np.ndarray, kink: float = 0.0, share: float = SHARE) 
     """Distance of the maximum of g(r): of a cubic through the (bins,) around it.
 
     The peak is steeper on its near side: the place of a parabola would move with the width of the
-    fit. Bins about the maximum of the cubic count, not those about the highest bin, which noise
-    decides; the farther they are the less.
+    fit. Bins about the maximum of the cubic count, as noise decides which is the highest.
 
-    ``kink``: where g(r) has a kink below its peak, as at the edge of a rigid core: the fit reaches
-    no farther than ``share`` of the way to it. Result: the highest bin where that leaves too few
-    bins for a fit; NaN if the cubic has no maximum.
+    ``kink``: of g(r) below its peak, as at the edge of a rigid core: the fit reaches ``share`` of
+    the way to it. Result: the highest bin where too few are left for a fit; NaN if the cubic has
+    no maximum.
     """
     highest = middle = r[np.argmax(g)]
     for _ in range(TURNS):
@@ -75,10 +69,10 @@ class Contact(NamedTuple):
 def closest_contact(at: xr.Dataset) -> Contact:
     """2 r_0 in r_c, of Liu et al. 2008: how close beads come in one configuration.
 
-    The lower edge of the first bin of g(r) that is not empty in one configuration, median over
-    configurations, as of grouped data: within a bin, distances are taken as uniform. It depends on
-    the number of beads, which is the paper's, 20 000. Its error is that of a median, which is that
-    of a mean of normal values times sqrt(pi / 2), and of counts if all lie in one bin.
+    The `contact` of one configuration, median over configurations, as of grouped data: within a
+    bin, distances are taken as uniform. It depends on the number of beads, which is the paper's,
+    20 000. Its error is that of a mean of normal values times sqrt(pi / 2), and of counts if all
+    lie in one bin.
 
     ``at``: one point of a collected sweep with ``rdf``, a block for each configuration.
     """
@@ -91,9 +85,9 @@ def closest_contact(at: xr.Dataset) -> Contact:
     below, inside = np.mean(found < middle - width / 4), np.mean(abs(found - middle) < width / 4)
     # No value is inside where the median of an even number lies between two bins.
     value = middle + width * ((0.5 - below) / inside - 0.5) if inside else middle
-    beads = int(at.beads.max())
-    reason = f"2 r_0 is of {CONTACT_BEADS} beads, these runs have {beads}"
-    undecided = "" if beads == CONTACT_BEADS else reason
+    beads, undecided = int(at.beads.max()), ""
+    if beads != CONTACT_BEADS:
+        undecided = f"2 r_0 is of {CONTACT_BEADS} beads, these runs have {beads}"
     return Contact(float(value), float(error), undecided, float(middle))
 
 
@@ -149,10 +143,9 @@ def rise(r: np.ndarray, g: np.ndarray, level: float = 0.05) -> float:
 def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) -> float:
     """Where a flank has a level, given the bins on either side of it.
 
-    Flanks of g(r) and of bond lengths are Boltzmann factors of forces that are linear, so ln y is
-    fitted with a parabola, over the bins on that flank whose y is within a factor `FLANK` of the
-    level, weighted by y, as counts are. With fewer than five of them ln y is taken as straight
-    between the two bins, and where one of those is empty, y is.
+    Flanks of g(r) and of bond lengths are Boltzmann factors of linear forces, so ln y is fitted
+    with a parabola over the bins there within a factor `FLANK` of the level, weighted as counts.
+    With fewer than five ln y is taken as straight between the two bins, or y if one is empty.
     """
     far = np.flatnonzero((y <= level / FLANK) | (y >= level * FLANK))
     # The stretch about the level, without what lies within the factor elsewhere.
@@ -161,9 +154,8 @@ def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) 
     part = slice(low + 1, high)
     if high - low - 1 >= 5:
         middle = 0.5 * (x[left] + x[right])
-        c, b, a = np.polyfit(
-            x[part] - middle, np.log(y[part] / level), 2, w=np.sqrt(y[part] / level)
-        )
+        over = y[part] / level
+        c, b, a = np.polyfit(x[part] - middle, np.log(over), 2, w=np.sqrt(over))
         root = b**2 - 4 * c * a
         if b != 0 and root > 0:
             return float(middle - 2 * a / (b + np.copysign(np.sqrt(root), b)))
@@ -174,7 +166,7 @@ def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) 
 
 
 class RadialDistribution(NamedTuple):
-    """g(r) of the replicas of one point of a collected sweep."""
+    """g(r) of the replicas of one point of a collected sweep, its error, and its blocks."""
 
     g: Any  # (bins,)
     error: Any
@@ -182,7 +174,7 @@ class RadialDistribution(NamedTuple):
 
 
 def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
-    """g(r) of the replicas of one point of a collected sweep, its error, and its blocks."""
+    """g(r) of the runs with ``rdf`` at one point of a collected sweep."""
     blocks = blocks_of(runs.rdf)
     return RadialDistribution(*block_mean_and_error(blocks), blocks)
 

@@ -182,12 +182,12 @@ class Judgement:
 def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
     """Compare one published number, as an `Entry` has it, with ours.
 
-    A value is replicated where the difference is within two combined standard errors, or within
-    the rounding of the published value. Its rival is another value, 0 if none is named. A run that
-    agrees with the value decides nothing if it could not tell the two apart: if two combined errors
-    reach from one to the other, or if it agrees with the rival, too. A range is replicated where
-    our 95 % interval lies inside, deviates where it lies outside, and is undecided where it reaches
-    across a limit; of an upper bound, where that lies inside, and is undecided elsewhere.
+    A value is replicated within two combined standard errors, or within the rounding of the
+    published one. That decides nothing if the run cannot tell it from its rival, another value (0
+    if none is named): if two combined errors reach that far, or if it agrees with the rival, too.
+    A range is replicated where our 95 % interval lies inside, deviates where it lies outside, and
+    is undecided where it reaches across a limit. An upper bound is replicated inside, and undecided
+    elsewhere.
     """
     if measured.undecided:
         return Judgement(NOT_REACHED, reason=measured.undecided)
@@ -247,9 +247,8 @@ def rows(
 ) -> pd.DataFrame:  # fmt: skip
     """Verdict rows of one figure, in the order of published.yaml.
 
-    ``degrees``: degrees of freedom of their errors, as far as they are known. Raises `UserError` if
-    a measured name is not published, or a published number has no counterpart and no reason for
-    that.
+    ``degrees``: of freedom of their errors, as far as known. Raises `UserError` if a measured name
+    is not published, or a published number has no counterpart and no reason for that.
     """
     import pandas as pd  # the Snakefile, which reads published numbers, does without
 
@@ -265,17 +264,11 @@ def rows(
         found = judge(entry, ours)
         bound = "an upper bound, at 95 %" if ours.bound else ""
         notes = [entry.get("note"), bound, ours.note, found.reason]
-        table.append({
+        printed = {"kind": SIMULATED, "limits": "text", "rounding": np.nan, "rival": np.nan} | entry
+        table.append(printed | {
             "paper": paper,
-            "figure": figure,
-            "quantity": entry["quantity"],
-            "where": entry["where"],
-            "kind": entry.get("kind", SIMULATED),
-            "limits": entry.get("limits", "text"),
             "published": entry.get("value", _range_text(entry.get("range"))),
             "published_error": entry.get("error", np.nan),
-            "rounding": entry.get("rounding", np.nan),
-            "rival": entry.get("rival", np.nan),
             "value": ours.value,
             "error": np.nan if ours.bound else ours.error,
             "systematic": ours.systematic,

@@ -1,11 +1,8 @@
 """Viscosity of a fluid under shear, in flows that a body force drives, and at rest.
 
-A steady flow u(z) along one axis, across the other, obeys Newton's law of viscosity and the
-balance of forces, eta u'' = -rho g, with rho beads per volume and the force g on each. So the
-profile is a parabola, whose curvature gives eta. Viscosities are in kT tau / r_c^dimension.
+The profile u(z) of a flow that a force g on each bead drives, at a density rho, is a parabola, as
+eta u'' = -rho g: its curvature gives eta. Viscosities are in kT tau / r_c^dimension.
 """
-
-from __future__ import annotations
 
 import json
 from typing import NamedTuple
@@ -28,15 +25,13 @@ class Measured(NamedTuple):
 
 def measured(blocks: np.ndarray) -> Measured:
     """Mean and error of one value per sample or block of a run."""
-    mean, error, _ = mean_and_error(blocks)
-    return Measured(float(mean), float(error))
+    return Measured(*mean_and_error(blocks)[:2])
 
 
 def viscosity(run: xr.Dataset) -> Measured:
     """Viscosity of a run under shear: the mean shear stress over the rate, eta = -<P_xy> / rate.
 
-    The stress is that of all forces, with velocities about the flow: conservative, friction and
-    noise, kinetic. It belongs to the kT and the rate of the run.
+    The stress is that of all forces, with velocities about the flow.
 
     ``run``: as from `dpd.run` or `dpd.load`, with the observable ``thermo`` and pressures. Raises
     `UserError` if the run has no shear, or did not measure the stress.
@@ -53,14 +48,13 @@ def viscosities(sweep: xr.Dataset) -> xr.Dataset:
     errors = sweep.shear_stress_error.values / abs(rates)
     value, error = over_replicas(stress / rates, errors, -1)
     along = sweep.shear_stress.dims[:-1]
-    found = xr.Dataset(coords={name: sweep[name] for name in along})
     units = sweep.shear_stress.attrs["units"].replace("kT", "kT tau")
-    for name, each, text in (
-        ("viscosity", value, "viscosity"),
-        ("viscosity_error", error, "standard error of the viscosity"),
-    ):
-        found[name] = (along, each, {"units": units, "long_name": text})
-    return found
+    about, of_error = (
+        {"units": units, "long_name": text}
+        for text in ("viscosity", "standard error of the viscosity")
+    )
+    found = {"viscosity": (along, value, about), "viscosity_error": (along, error, of_error)}
+    return xr.Dataset(found, {name: sweep[name] for name in along})
 
 
 def _stress(runs):
@@ -95,12 +89,10 @@ def viscosity_of_two_flows(
         raise ValueError(f"{layers} layers cannot be halved; choose 'bin' for an even number")
     half = 0.5 * edge
     flow = 0.5 * (velocity[:, : layers // 2] - velocity[:, layers // 2 :])
-    z, thickness = run.layer.values[: layers // 2], edge / layers
-    # The mean of z (h - z) over a layer.
-    shape = z * (half - z) - thickness**2 / 12
+    z = run.layer.values[: layers // 2]
+    shape = z * (half - z) - (edge / layers) ** 2 / 12  # the mean of z (h - z) over a layer
     curvature = flow @ shape / (shape @ shape)
-    density = float(run.bead_profile.mean())
-    return viscosity_of_curvature(density * strength, 2 * curvature)
+    return viscosity_of_curvature(float(run.bead_profile.mean()) * strength, 2 * curvature)
 
 
 def viscosity_of_curvature(force: float, second_derivatives: np.ndarray) -> Measured:
@@ -119,32 +111,30 @@ def viscosity_of_fluctuations(
 
         <S_ab(t)^2>  =  2 eta kT t / V + constant
 
-    as soon as t is longer than the memory of the stress. P must hold all forces, friction and noise
-    too, and each step: noise has no memory, and what it adds up to in one step counts. The slope is
-    that from t to 3 t. Five components are independent: xy, xz, yz, (xx - yy) / 2 and
-    (2 zz - xx - yy) / sqrt(12).
+    as soon as t is longer than the memory of the stress. The slope is that from t to 3 t, of the
+    five `shear_components`.
 
-    ``tensor``: (n, 3, 3) array; with all forces at each step, in kT / r_c^3. ``dt``: in tau.
-    ``volume``: in r_c^3. ``memory``: t in tau, from which the slope is taken. The error is that of
-    the mean over `PARTS` parts of the run, which count as independent. Raises `ValueError` if a
-    part would be shorter than 9 t.
+    ``tensor``: (n, 3, 3) array; with all forces at each step, in kT / r_c^3: noise has no memory,
+    and what it adds up to in one step counts. ``dt``: in tau. ``volume``: in r_c^3. ``memory``: t
+    in tau, from which the slope is taken. The error is that of the mean over `PARTS` parts of the
+    run, which count as independent. Raises `ValueError` if a part would be shorter than 9 t.
     """
     first = max(1, round(memory / dt))
     size = len(tensor) // PARTS
     if size < 9 * first:
-        raise ValueError(
-            f"a run of {len(tensor)} steps has parts of {size} steps; {9 * first} are needed"
-        )
-    stress = shear_components(tensor)
-    parts = stress[: size * PARTS].reshape(PARTS, size, -1)
+        text = f"a run of {len(tensor)} steps has parts of {size} steps"
+        raise ValueError(f"{text}; {9 * first} are needed")
+    parts = shear_components(tensor[: size * PARTS]).reshape(PARTS, size, -1)
     slopes = [(_spread(part, 3 * first) - _spread(part, first)) / (2 * first) for part in parts]
     eta = np.array(slopes) * dt * volume / (2 * kT)
-    mean, error = independent_mean_and_error(eta)
-    return Measured(float(mean), float(error))
+    return Measured(*map(float, independent_mean_and_error(eta)))
 
 
 def shear_components(tensor: np.ndarray) -> np.ndarray:
-    """Five components, (n, 5), of (n, 3, 3) tensors, of the variance of an off-diagonal one."""
+    """Five independent ones, (n, 5), of (n, 3, 3) tensors, of the variance of an off-diagonal one.
+
+    xy, xz, yz, (xx - yy) / 2 and (2 zz - xx - yy) / sqrt(12).
+    """
     xx, yy, zz = (tensor[:, k, k] for k in range(3))
     off = [(tensor[:, a, b] + tensor[:, b, a]) / 2 for a, b in ((0, 1), (0, 2), (1, 2))]
     return np.stack([*off, (xx - yy) / 2, (2 * zz - xx - yy) / np.sqrt(12)], axis=1)

@@ -10,21 +10,15 @@ Lengths are in units of r_c, energies in kT, the repulsion a in kT / r_c, pressu
 Arguments are numbers or arrays; arrays are broadcast against each other.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import brentq
 from scipy.special import erf
 
 from dpd.theory.integral_equations import NoSolution, R, at_distances, checked, solve
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import numpy.typing as npt
 
 # Pressure coefficient alpha when g(r) = 1: -1 / (2 d) times the integral of r u'(r) / a.
 MEAN_FIELD = {2: np.pi / 24.0, 3: np.pi / 30.0}

@@ -1,40 +1,32 @@
 """Structure of a fluid of soft beads from the Ornstein-Zernike equation with the HNC closure.
 
 Beads of species i and j repel each other with u_ij(r) = a_ij (1 - r)^2 / 2 below r = 1. Lengths are
-in units of r_c, energies in kT, and a_ij in kT / r_c, as everywhere in this module. The
-Ornstein-Zernike equation
+in units of r_c, energies in kT, and a_ij in kT / r_c. The Ornstein-Zernike equation
 
     h_ij(r) = c_ij(r) + sum_k rho_k integral c_ik(|r - s|) h_kj(s) ds
 
-defines the direct correlation function c by the total one, h = g - 1. The *hypernetted chain* (HNC)
-closure g = exp(-u + h - c) makes it a closed equation. The unknown here is gamma = h - c, which is
-smooth, and which in HNC is the logarithm of the cavity function y = exp(u) g.
+defines the direct correlation function c by h = g - 1, and the *hypernetted chain* (HNC) closure
+g = exp(-u + h - c) closes it. The unknown here is gamma = h - c, which is smooth, and in HNC the
+logarithm of the cavity function y = exp(u) g.
 
-Distances and wave numbers are grids of `POINTS` values that leave out 0, where the sine transform
-has nothing to say:
+Grids of `POINTS` distances and wave numbers leave out 0, as the sine transform does:
 
     f(k) = 4 pi / k integral r f(r) sin(k r) dr,
     f(r) = 1 / (2 pi^2 r) integral k f(k) sin(k r) dk
 
-The distance 1, where the potential ends, is a point of the grid. With half of the spacing, or half
-of the range, the pressure changes by less than 2e-5 of itself up to a = 130.
+With half of the spacing, or of the range, pressures change by less than 2e-5 up to a = 130.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy.fft import dst
 from scipy.interpolate import CubicSpline
 from scipy.optimize import NoConvergence, newton_krylov
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import numpy.typing as npt
-
-SPACING = 0.01  # of distances, in r_c
+SPACING = 0.01  # of distances, in r_c; that where the potential ends is a point of the grid
 POINTS = 2047  # a power of two less one, for which the sine transform is fastest
 RANGE = (POINTS + 1) * SPACING
 R = SPACING * np.arange(1, POINTS + 1)
@@ -78,8 +70,8 @@ def solve(
 ) -> Structure:
     """Solve the Ornstein-Zernike equation with the HNC closure.
 
-    Newton's method starts from a structure that is given, of a similar fluid, or from the random
-    phase approximation c = -u; where this leads nowhere the repulsions are raised from 0 in steps.
+    Newton's method starts from the structure of a similar fluid, or from the random phase
+    approximation c = -u; where this leads nowhere the repulsions are raised from 0 in steps.
 
     ``densities``: float or (n,) array; beads of each species per r_c^3. Those of a solute may be 0.
     ``repulsions``: float or (n, n) array; a_ij = a_ji, 0 or more. Raises `NoSolution` if none was
@@ -187,8 +179,7 @@ def _converged(rho, a, start):
 def _raised(rho, a):
     """Raise the repulsions from 0 in steps, each from the structure before it.
 
-    Small steps: beyond states without a solution there may be others with one, which does not
-    belong to the fluid.
+    Small ones: beyond states without a solution there may be some that do not belong to the fluid.
     """
     last = Structure(rho, 0 * a, potentials(0 * a), potentials(0 * a))
     reached, part = 0.0, LARGEST_PART
@@ -200,10 +191,8 @@ def _raised(rho, a):
         elif part > max(CLOSEST * reached, SMALLEST_PART):
             part /= 2
         else:
-            densities, repulsions = (
-                ", ".join(f"{value:.5g}" for value in values)
-                for values in (rho, a[np.triu_indices(len(rho))])
-            )
+            densities = ", ".join(f"{value:.5g}" for value in rho)
+            repulsions = ", ".join(f"{value:.5g}" for value in a[np.triu_indices(len(rho))])
             raise NoSolution(
                 f"HNC has no solution at density {densities} and repulsion {repulsions}; the last "
                 f"state that converged has repulsions {reached:.4g} times these"

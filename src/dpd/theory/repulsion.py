@@ -1,11 +1,8 @@
 """Repulsion between unlike beads from the parameter chi of Flory-Huggins theory.
 
-Groot and Warren (1997) let beads or chains of A and B, of equal length N and with a_AA = a_BB,
-separate into two phases, and took chi from what was in each (Eq. 18). They found that it is
-slope (a_AB - a_AA) / kT, of single beads (Eq. 24) and of chains of any length (Eq. 27).
+Groot and Warren (1997) took chi from what was in each of two phases of A and B, beads or chains of
+equal length N with a_AA = a_BB (Eq. 18), and found slope (a_AB - a_AA) / kT (Eqs. 24 and 27).
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 
