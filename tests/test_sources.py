@@ -5,7 +5,7 @@ import json
 import pytest
 
 from dpd.digest import PACKAGE
-from dpd.page import Observable, module_of, names
+from dpd.page import Observable, names
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.scene.scene import Scene
 from dpd.sources import (
@@ -134,7 +134,7 @@ def test_who_imports_what_a_scene_may_lack():
             if files & (source_of(path).imports - {path}):
                 yield str(path.relative_to(PACKAGE))
 
-    pages = [module_of(Observable, name) for name in names(Observable)]
+    pages = [f"dpd.observe.{name}" for name in names(Observable)]
     files = {file_of(page) for page in pages}
     assert not set(users(files, reachable(STAGES["simulate"])))
     assert set(users(files, reachable(tuple(pages)))) == {"observe/diffusion.py"}

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dpd.digest import PACKAGE, PAPERS_DIR, ROOT, cache_folder, paper_folder, text_digest
-from dpd.page import NEEDED, Observable, Start, Term, module_of, names
+from dpd.page import NEEDED, Observable, Start, Term, names
 
 # The packages that are followed, with their folders: `dpd` itself, the figures of papers, and of a
 # clone the benchmarks.
@@ -49,8 +49,8 @@ TEXT = re.compile(r"\w+\.\w+")  # that may name a file beside a module
 OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of records
 # Of a page: what it refuses or says, and what words its settings.
 REFUSES = (
-    "stands", "cannot", "refuses", "conflicts", "unknown", "untried", "notes", "example",
-    "controlled_pressure",
+    "stands", "cannot", "refuses", "conflicts", "unknown", "usual", "nowhere", "untried", "notes",
+    "example", "controlled_pressure",
 )  # fmt: skip
 SETTINGS = ("setting", "interval_setting", "Field")
 WORDS = ("description", "unit", "of")
@@ -282,7 +282,8 @@ def stage_digest(stage: str, *files: Path) -> str:
 
     ``files`` are those of a paper that it runs: of a figure, or what sweeps of theory calculate.
     """
-    pages = [module_of(kind, name) for kind in (Observable, Start, Term) for name in names(kind)]
+    kinds = Observable, Start, Term
+    pages = [f"{kind.package}.{name}" for kind in kinds for name in names(kind)]
     running = pages if stage in ("simulate", "measure") else []
     return sources_digest(*STAGES[stage], *running, *files)
 
@@ -332,4 +333,4 @@ def unused(pages: Iterable[str]) -> frozenset[Path | None]:
     """Files of terms other than those of what acts in a scene, and than those that they import."""
     acting = {path for page in pages if (path := file_of(page))}
     acting = acting.union(*(source_of(path).imports for path in acting))
-    return frozenset(file_of(module_of(Term, key)) for key in names(Term)) - acting
+    return frozenset(file_of(f"{Term.package}.{key}") for key in names(Term)) - acting

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dpd.physics.body_force import BodyForce
-from dpd.physics.many_body import many_body
+from dpd.physics.many_body import NORM, ManyBody
 from dpd.physics.pressure import Pressure
 from dpd.physics.shear import Shear
 from dpd.physics.walls import Walls
@@ -109,7 +109,8 @@ def pressed(box, *law, **changes):
 
 
 def crowded(range=0.75, box=(2.6, 3.7, 5.1), **changes):
-    law = {"many_body": many_body(25, range, len(box)), "repulsion": DRAWN, "dt": 0.01}
+    law = {"many_body": ManyBody(25.0, range, NORM[len(box)] / range ** len(box))}
+    law |= {"repulsion": DRAWN, "dt": 0.01}
     return {"box": box, "count": 100, "mixed": "beads"} | law | changes
 
 

@@ -8,7 +8,7 @@ from dpd.physics.bond import BondLaw
 from dpd.physics.common.forces import bond_record, curvature_of_bond
 from dpd.physics.core import Core
 from dpd.physics.fene import Fene
-from dpd.physics.many_body import many_body
+from dpd.physics.many_body import NORM, ManyBody
 from dpd.physics.morse_bond import MorseBonds
 from dpd.physics.repulsion import Soft
 from dpd.scene.molecules import Molecule
@@ -132,7 +132,8 @@ def test_a_liquid_has_the_density_of_the_equation_of_state():
     cubic = 2 * 0.101 * 25 * 0.75**4
     published = np.roots([cubic, -0.101 * 40 - 4.16 * cubic, 1.0, 18 * cubic]).real.max()
     box, count = (5.0, 5.0, 14.0), 1060
-    system = make_system(box, repulsion=DRAWN[:1, :1], dt=0.01, many_body=many_body(25, 0.75, 3))
+    law = ManyBody(25.0, 0.75, NORM[3] / 0.75**3)
+    system = make_system(box, repulsion=DRAWN[:1, :1], dt=0.01, many_body=law)
     position, velocity = random_beads((5.0, 5.0, 7.0), count, seed=1)
     simulation = make_simulation(system, position, velocity)
     simulation.advance(5000)

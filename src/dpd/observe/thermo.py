@@ -62,7 +62,8 @@ class Thermo(Observable, key="thermo"):
 
     pressure: bool = setting("Whether to measure pressure and energy.", True)
 
-    def needs_forces(self) -> bool:
+    @property
+    def needs_forces(self) -> bool:  # type: ignore[override]
         return self.pressure
 
     def given(self, scene: Any) -> dict[str, Given]:

@@ -14,7 +14,7 @@ class WallForces(Observable, key="walls"):
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval, of_sums = 0.16, True
+    interval, of_sums, needs_forces = 0.16, True, True
     over = {"sample": ("wall_sample", "wall_time")}
     gives = {
         "wall_pressure": (("sample", "wall"), PRESSURE, "force on each wall per area"),
@@ -28,9 +28,6 @@ class WallForces(Observable, key="walls"):
     def axes(self, scene: Any) -> Any:
         names = [f"{'xyz'[axis]} {end}" for axis in scene.ended for end in ("lower", "upper")]
         return {"wall": (names, "1", "axis and end of each wall")}
-
-    def needs_forces(self) -> bool:
-        return True
 
     def measure(self, now: Any) -> Any:
         from dpd.engine.beads import DRAG, PUSH

@@ -226,15 +226,10 @@ def names(kind: type[Page]) -> list[str]:
     return sorted(name[:-3] for name in files if name.endswith(".py") and name[0] != "_")
 
 
-def module_of(kind: type[Page], key: str) -> str:
-    """The module of a page."""
-    return f"{kind.package}.{key}"
-
-
 def find(kind: type[Page], key: str) -> Any:
     """A page by its key, which there is."""
     if key not in kind._pages:
-        importlib.import_module(module_of(kind, key))
+        importlib.import_module(f"{kind.package}.{key}")
     return kind._pages[key]
 
 

@@ -52,6 +52,7 @@ class Observable(Page):
     # `measure` then gets `dpd.observe.common.measured.Sampled`, and what it finds has an axis of
     # samples in front. Every sample is kept.
     of_sums: ClassVar[bool] = False
+    needs_forces: ClassVar[bool] = False  # and whether forces or energies are among them
     # tau between samples where a scene does not say: a fraction of the time in which a bead moves
     # its own size. What moves faster says so.
     interval: ClassVar[float] = 0.8
@@ -104,10 +105,6 @@ class Observable(Page):
     def finish(self, scene: Any, found: dict[str, Any]) -> Mapping[str, Any]:
         """What of that goes into the file, where it is not that: as ratios of means."""
         return found
-
-    def needs_forces(self) -> bool:
-        """Whether it reads forces or energies, if it measures sums."""
-        return False
 
     def opened(self, path: Path) -> Any:
         """The file of its own, ``now.file``."""
@@ -255,6 +252,7 @@ class Term(Page):
     # why scheme ``auto``, whose table was measured without it, cannot choose a step
     untried: ClassVar[str] = ""
     keeps_apart: ClassVar[bool] = False  # beads that attract each other: repulsions may be < 0
+    usual: ClassVar[float | str] = "..."  # an example from its tables; "" if values may be missing
     # What captions say of it, with its settings in braces; what stands in brackets is left out
     # where they are as by default. If not given, its settings by name; None for nothing.
     caption: ClassVar[str | None] = ""
@@ -264,8 +262,10 @@ class Term(Page):
         return self.makes
 
     def unknown(self, scene: Any) -> Refusals:
-        """Tables that do not fit the species, but for settings that say what they are ``of``."""
-        return iter(())
+        """Tables by pairs, or along bonds, that do not fit the species."""
+        there = scene.species_along(self.joins) if self.joins else scene.pairs
+        for name, table in self.tables().items():
+            yield from inside(name, check_table(table, scene, there, self.usual))
 
     def completed(self, scene: Any) -> Self:
         """Itself, with what its settings leave to the scene."""
@@ -299,17 +299,9 @@ class Term(Page):
         """The series of a pressure that it holds, out of what a run measured; and at what value."""
         return None, 0.0
 
-    def changed(self, given: Mapping[str, Any]) -> Any:
-        """Its settings as plain data, with some others; of a table of laws, in each."""
-        plain = self.plain()
-        if is_table(plain):
-            return {name: law | given for name, law in plain.items()}
-        return plain | given
-
     def tables(self) -> dict[str, dict[str, Any]]:
         """Its tables by the names of their settings; a bare one by no name."""
-        found = {name: value for name, value in self if isinstance(value, dict)}
-        return {"" if name == self.bare else name: value for name, value in found.items()}
+        return {name if name != self.bare else "": each for name, each in self if is_table(each)}
 
     def between(self, one: str, other: str) -> Self:
         """Itself, with the numbers of one pair of species in the place of its tables."""
@@ -331,6 +323,7 @@ class PairForce(Term):
     """
 
     in_start = True
+    usual: ClassVar[float | str] = 1
     untried = "schemes were measured without {key!r}; take gw-vv and try dt"
 
     def force(self, r: float, w: float) -> float:
@@ -340,10 +333,6 @@ class PairForce(Term):
     def energy(self, r: float, w: float) -> float:
         """Energy in kT."""
         raise NotImplementedError
-
-    def unknown(self, scene: Any) -> Refusals:
-        for name, table in self.tables().items():
-            yield from inside(name, check_table(table, scene, scene.pairs, 1))
 
     def numbers(self, scene: Any) -> dict[str, Any]:
         """What its formulas see as ``self``, where that is not its settings.
@@ -359,6 +348,16 @@ class BondedForce(Term):
     in_start = True
     own_in_start = True
     joins = 2
+    nowhere: ClassVar[str] = (  # where molecules have none of the bonds, or angles, that it is for
+        "every molecule is a single bead; remove the key, or give an architecture of several "
+        "beads, as 'A 10'"
+    )
+
+    def unknown(self, scene: Any) -> Refusals:
+        if scene.species_along(self.joins):
+            yield from super().unknown(scene)
+        else:
+            yield "", self.nowhere
 
     def laws(self, scene: Any) -> dict[str, Any]:
         """Pages of numbers by the species that they join; one for all by no name."""
@@ -394,11 +393,3 @@ class BondForce(BondedForce):
         from dpd.laws import least_energy
 
         return least_energy(self)
-
-    def unknown(self, scene: Any) -> Refusals:
-        if not scene.has_bonds:
-            text = "every molecule is a single bead; remove the key, or give an architecture of"
-            yield "", f"{text} several beads, as 'A 10'"
-            return
-        for name, table in self.tables().items():
-            yield from inside(name, check_table(table, scene, scene.species_along(2)))

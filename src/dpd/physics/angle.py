@@ -13,7 +13,7 @@ from __future__ import annotations
 from math import radians
 from typing import Any
 
-from dpd.page import BondedForce, OneOrTable, Refusals, Section, Triple, check_table, setting
+from dpd.page import BondedForce, OneOrTable, Section, Triple, setting
 
 
 class Angle(Section):
@@ -44,15 +44,11 @@ class HarmonicAngles(BondedForce, key="angle"):
     caption = "angles of stiffness k = {stiffness} kT/rad^2, at rest at {angle} degrees"
     bare = "law"
     joins = 3
+    usual = ""
+    nowhere = "no molecule has three beads in a row; remove the key"
     untried = "schemes were measured without angles; take gw-vv and a dt of 0.02 or less"
     law: OneOrTable[Angle, Triple] = setting("One law, or one for each three species.")
 
     def laws(self, scene: Any) -> dict[str, Any]:
         laws = super().laws(scene).items()
         return {key: Angle(stiffness=law.stiffness, angle=radians(law.angle)) for key, law in laws}
-
-    def refuses(self, scene: Any) -> Refusals:
-        if not (there := scene.species_along(3)):
-            yield "", "no molecule has three beads in a row; remove the key"
-        elif isinstance(self.law, dict):
-            yield from check_table(self.law, scene, there, "")

@@ -28,6 +28,7 @@ class Chi(Term, key="chi"):
 
     caption = None
     bare = "pairs"
+    usual = ""
     in_kernels = False
     pairs: PairTable[Annotated[float, Field(ge=0, le=1000)]] = setting("The parameter chi.")
 
@@ -88,5 +89,4 @@ class Chi(Term, key="chi"):
 
 def _lengths(scene, names):
     """Lengths of the molecules that hold one of two species, the shortest first."""
-    held = [kind.beads for kind in scene.molecules if set(names).intersection(kind.beads)]
-    return sorted({len(beads) for beads in held})
+    return sorted({len(kind.beads) for kind in scene.molecules if {*names} & {*kind.beads}})

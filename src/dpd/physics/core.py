@@ -5,8 +5,8 @@ With the diameter d = 2 r_s (Liu et al. 2008, Eq. 5):
     F(r)   =  F_max          r < d
            =  a_ij (1 - r)   d <= r < 1
 
-The force jumps at d. With a width it goes over from F_max into the soft repulsion along a straight
-line from d to d + width, so that schemes of second order keep their order.
+With a width it goes over from F_max into the soft repulsion along a straight line from d to
+d + width, so that schemes of second order keep their order.
 """
 
 from __future__ import annotations

@@ -5,8 +5,7 @@ Kremer and Grest 1990, Eq. 2, without the repulsion of their beads, which is tha
 u(r) = -k R^2 / 2 ln(1 - (r / R)^2)
 F(r) = -k r / (1 - (r / R)^2)
 
-Near R both go on along a straight line from a force of about k R / (2 `END`), which no bond stands:
-one that gets there is thrown so far within a step that the run ends.
+Near R both go on along a straight line from a force of about k R / (2 `END`), which no bond stands.
 """
 
 from __future__ import annotations

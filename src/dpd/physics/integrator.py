@@ -10,9 +10,8 @@ Each takes the force once a step. Those with friction and noise as forces predic
 DPD-VV then takes the friction in f' once more, with the velocity v that it has led to.
 
 The others split friction and noise off: pairs exchange momentum after a step of the conservative
-forces alone, or in its middle. Each pair's relative velocity u = e . v_ij along its line is
-advanced by a step on its own, while the pair stands still. With g = gamma w^2 dt and a random
-number theta of unit variance it becomes
+forces alone, or in its middle. With g = gamma w^2 dt and a random number theta of unit variance,
+each pair's relative velocity u = e . v_ij along its line becomes
 
     Shardlow (2003), half explicit and half implicit:
         u' = (u - g u + 2 sqrt(2 kT g) theta) / (1 + g)

@@ -8,8 +8,7 @@ its local density (Phys. Rev. E 68, 066702; here x = 1 - r / r_d):
     F(r)    =  B (rho_i + rho_j) x        force of a pair, -dU/dr
 
 The sum of rho_i^2 is that of w (rho_i + rho_j) over pairs, so the energy is one of pairs as well.
-B is one number: were it another one for each pair of species, there would be no such energy
-(Warren, Phys. Rev. E 87, 045303, 2013).
+With another B for each pair of species there would be none (Phys. Rev. E 87, 045303, 2013).
 """
 
 from __future__ import annotations
@@ -42,7 +41,8 @@ class ManyBodyForces(Term, key="many_body"):
     )
 
     def records(self, scene: Any) -> dict[str, Any]:
-        return {"many_body": many_body(self.repulsion, self.range, scene.dimension)}
+        norm = NORM[scene.dimension] / self.range**scene.dimension
+        return {"many_body": ManyBody(float(self.repulsion), float(self.range), norm)}
 
 
 class ManyBody(NamedTuple):
@@ -76,8 +76,3 @@ class ManyBody(NamedTuple):
         """
         steep = 2.0 * self.norm * self.repulsion / self.range
         return math.sqrt(steep) * max(0.0, 1.0 - r / self.range)
-
-
-def many_body(repulsion: float, range: float, dimension: int) -> ManyBody:
-    """The law with a normalised weight."""
-    return ManyBody(float(repulsion), float(range), NORM[dimension] / range**dimension)

@@ -1,9 +1,8 @@
 """Forces between pairs from tables, as from coarse-graining, beside the soft repulsion.
 
-A file has the columns r, energy and force, with force = -d energy / d r. A cubic spline goes
-through the force, and the energy is its integral. Both are kept on a grid of `CELLS` cells from 0
-to the end of the table: within each the force is the polynomial of third order that has the values
-and the slopes of the spline at both ends.
+A cubic spline goes through the force, and the energy is its integral. Both are kept on a grid of
+`CELLS` cells from 0 to the end of the table: within each the force is the polynomial of third order
+that has the values and the slopes of the spline at both ends.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import Field, ValidationError
 
 from dpd.errors import UserError, reason
-from dpd.page import OneOr, PairForce, PairTable, Refusals, Section, check_table, setting
+from dpd.page import OneOr, PairForce, PairTable, Refusals, Section, setting
 
 if TYPE_CHECKING:
     import numpy as np
@@ -71,6 +70,7 @@ class TabulatedForces(PairForce, key="pair"):
     """
 
     bare = "files"
+    usual = ""
     caption = "forces from tables"
     files: PairTable[OneOr[Annotated[str, Field(min_length=1)], Table]] = setting(
         "A file for each pair of species."
@@ -89,9 +89,6 @@ class TabulatedForces(PairForce, key="pair"):
             for pair, table in self.files.items()
         }  # fmt: skip
         return self.model_copy(update={"files": found})
-
-    def unknown(self, scene: Any) -> Refusals:
-        yield from check_table(self.files, scene, scene.pairs, "")
 
     def numbers(self, scene: Any) -> dict[str, Any]:
         """Number and end of the table of each pair of species, 0 for none, and all tables."""

@@ -1,23 +1,18 @@
 """Constant pressure by stochastic cell rescaling (Bernetti and Bussi, JCP 153, 114107, 2020).
 
-The box takes part in the motion: its volume V follows
-
-    dV  =  -(beta V / tau) (P_0 - P - kT/V) dt + sqrt(2 kT beta V / tau) dW
-
-with the target P_0, the relaxation time tau, an estimate beta of the isothermal compressibility,
-and the pressure P of the moment. All positions are stretched with the box, and velocities are
-divided by the same factor, so P is -dH/dV, with the virial of *conservative* forces: that of
-friction and noise would be a noise of the volume that no term above balances. Where the box is
-stretched along some axes only, P is the mean of the normal pressures along those.
-
-In lambda = sqrt(V) the noise has the same size at every volume (the paper's Section II D):
+With the target P_0, the relaxation time tau, an estimate beta of the isothermal compressibility,
+and the pressure P of the moment, lambda = sqrt(V) follows (the paper's Section II D)
 
     d lambda  =  (beta lambda / (2 tau)) (P - P_0 + kT/(2V)) dt + sqrt(kT beta / (2 tau)) dW
 
-A step of this equation over a time h is taken as a trial of the Metropolis method: it counts with
-the probability min(1, exp(-Delta)), where Delta is what the paper calls the change of the effective
-energy, in kT. Volumes then have the distribution exp(-(H + P_0 V) / kT) for every h, tau and beta;
-those decide how fast it is explored.
+All positions are stretched with the box, and velocities are divided by the same factor, so P is
+-dH/dV, with the virial of *conservative* forces: that of friction and noise would be a noise of the
+volume that no term above balances. Where the box is stretched along one axis only, P is the normal
+pressure along that.
+
+A step over a time h is a trial of the Metropolis method: it counts with the probability
+min(1, exp(-Delta)), where Delta is what the paper calls the change of the effective energy, in kT.
+Volumes then have the distribution exp(-(H + P_0 V) / kT) for every h, tau and beta.
 """
 
 from __future__ import annotations
@@ -96,19 +91,17 @@ class ConstantPressure(Term, key="pressure"):
         return self.axes
 
     def records(self, scene: Any) -> dict[str, Any]:
-        if self.every is None:
+        if self.every is None or self.compressibility is None:
             return {}
-        every_axis = tuple(range(scene.dimension))
-        axes = every_axis if self.axes == "all" else ("xyz".index(self.axes),)
-        given = self.compressibility or estimated_compressibility(scene)
-        return {"pressure": Pressure(self.target, self.time, given, axes, self.every)}
+        along = range(scene.dimension) if self.axes == "all" else ["xyz".index(self.axes)]
+        law = Pressure(self.target, self.time, self.compressibility, tuple(along), self.every)
+        return {"pressure": law}
 
 
 def estimated_compressibility(scene: Any) -> float:
-    """1 / (rho dp/drho) of molecules with the soft repulsion alone, in r_c^dimension / kT.
+    """1 / (rho dp/drho) of p = rho_m kT + alpha <a> rho^2, in r_c^dimension / kT.
 
-    From p = rho_m kT + alpha <a> rho^2, with the density rho_m of molecules, the mean repulsion
-    <a> of two beads, and alpha in mean field, g(r) = 1: the integral of r F(r).
+    With the density rho_m of molecules, the mean repulsion <a>, and alpha in mean field, g(r) = 1.
     """
     alpha = math.pi / {2: 24, 3: 30}[scene.dimension]
     share = np.bincount(scene.kinds, minlength=len(scene.species)) / scene.beads

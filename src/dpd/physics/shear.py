@@ -76,10 +76,7 @@ class SteadyShear(Term, key="shear"):
             yield "", "no 'pairs.search: list' would last; take cells, or remove the key"
 
     def room(self, scene: Any) -> tuple[float, ...]:
-        """Edges of the box; along the flow the least distance that images may have.
-
-        Images slide by up to half an edge, and the more they tilt, the less that is.
-        """
+        """Edges of the box; less along the flow, where images slide by up to half an edge."""
         flow, gradient = self.axes()
         edges = list(scene.box)
         edges[flow] /= hypot(1.0, 0.5 * edges[flow] / edges[gradient])

@@ -6,15 +6,11 @@ Eqs. 5, 6 and 8), with w = 1 - r and random numbers theta of zero mean and unit 
     F_D = -gamma w^2 (e . v_ij)
     F_R =  sigma w theta dt^(-1/2),     sigma^2 = 2 gamma kT
 
-The two belong together: with that sigma they hold the temperature kT, and since they act on both
-beads of a pair they conserve momentum. Where pairs of species differ in their friction, gamma and
-sigma are those of the pair, gamma_ij = gamma_ji.
+Where pairs of species differ in their friction, gamma and sigma are those of the pair.
 
 Langevin friction and noise act on each bead on its own, along each axis:
 
     F = -gamma v + sigma zeta dt^(-1/2),     sigma^2 = 2 gamma kT
-
-They do not conserve momentum: beside pair friction they tell what that does to a system.
 """
 
 from __future__ import annotations

@@ -7,9 +7,8 @@ with the plane in the place of the other bead:
     F(z)   =  a_w (1 - z)              force along the normal into the box, -u'
     u''(z) =  a_w                      curvature
 
-Behind the plane, at z < 0, the same line goes on, so the deeper a bead gets the harder it is
-pushed back. A wall with friction also takes hold of the velocity v of a bead, in all directions
-and with the noise that belongs to it, with w = 1 - z (and w = 1 behind the plane):
+Behind the plane, at z < 0, the same line goes on. A wall with friction also takes hold of the
+velocity v of a bead, in all directions, with w = 1 - z (and w = 1 behind the plane):
 
     F = -gamma w^2 (v - v_wall) + sigma w zeta dt^(-1/2),     sigma^2 = 2 gamma kT
 """

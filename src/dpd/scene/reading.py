@@ -12,7 +12,7 @@ import numpy as np
 
 from dpd.errors import UserError, shown, suggestion
 from dpd.own import load
-from dpd.page import NEEDED, Observable, Start, Term, find, names
+from dpd.page import NEEDED, Observable, Start, Term, find, is_table, names
 from dpd.scene.molecules import Joined, Molecule, joined, tree_of
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import attempt
@@ -115,7 +115,10 @@ class Settings:
                 continue
             page, whole = self._page(Term, key), given
             if key in self.terms and isinstance(given, dict):
-                whole = self.terms[key].changed(given)
+                plain = self.terms[key].plain()
+                whole = plain | given
+                if is_table(plain):  # of laws: in each
+                    whole = {name: law | given for name, law in plain.items()}
             found = self.start_changes[key] = self._section(Term, key, whole, f"start.forces.{key}")
             if found is not None and not page.bare:  # numbers as its settings have them
                 forces.model_extra[key] = {each: found.plain()[each] for each in given}

@@ -232,7 +232,7 @@ class MeasuredSums(Measured):
     @property
     def needs_forces(self) -> bool:
         """Whether the page reads virial or energy."""
-        return self._page.needs_forces()
+        return self._page.needs_forces
 
     def record(self, sums: Sums) -> None:
         """Let the page look at some samples."""
