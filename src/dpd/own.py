@@ -51,10 +51,9 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
     path = Path(path)
     try:
         found = page_digest(path)
-    except OSError as problem:
-        raise UserError(f"{where}: {path}: cannot be read ({reason(problem)})") from None
-    except ValueError as problem:
-        raise UserError(f"{where}: {path}: {problem}") from None
+    except (OSError, ValueError) as problem:
+        text = f"cannot be read ({reason(problem)})" if isinstance(problem, OSError) else problem
+        raise UserError(f"{where}: {path}: {text}") from None
     if digest and digest != found:
         raise UserError(
             f"{where}: {path}: is not the file that this was made with: its digest is {found}, and "

@@ -99,12 +99,6 @@ def _state():
 
 
 @cached_on_disk
-def sources_digest(*modules: str | Path) -> str:
-    """Digest of some modules, by name or file, and of all that they import: twelve hex digits."""
-    return _digest(modules)
-
-
-@cached_on_disk
 def kernel_digest() -> str:
     """Digest of all that decides what Numba compiles: modules with kernels, and their imports."""
     jit, formulas = file_of(COMPILER), PACKAGE / "physics"  # which kernels get in records
@@ -277,6 +271,7 @@ STAGES = {
 NOT_IN_RUNS = frozenset({PACKAGE / "analysis" / "statistics.py"})
 
 
+@cached_on_disk
 def stage_digest(stage: str, *files: Path) -> str:
     """Digest of the sources that decide what a stage, a key of `STAGES`, computes for any scene.
 
@@ -285,7 +280,7 @@ def stage_digest(stage: str, *files: Path) -> str:
     kinds = Observable, Start, Term
     pages = [f"{kind.package}.{name}" for kind in kinds for name in names(kind)]
     running = pages if stage in ("simulate", "measure") else []
-    return sources_digest(*STAGES[stage], *running, *files)
+    return _digest((*STAGES[stage], *running, *files))
 
 
 def run_sources(scene: Any) -> str:

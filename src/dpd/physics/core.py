@@ -18,8 +18,6 @@ from dpd.page import Change, NotNegative, Refusals, Term, part, setting
 if TYPE_CHECKING:
     import numpy as np
 
-CUTOFF = 1.0
-
 
 class RigidCore(Term, key="core"):
     """Rigid core; within twice the radius the force is constant (Liu et al. 2008, Eq. 5)."""
@@ -36,7 +34,7 @@ class RigidCore(Term, key="core"):
     )  # fmt: skip
 
     def conflicts(self) -> Refusals:
-        room = CUTOFF - 2 * self.radius
+        room = 1 - 2 * self.radius
         if self.smooth > room:
             yield "smooth", f"{self.smooth:g} goes past the cutoff; allowed: <= {room:g}"
 

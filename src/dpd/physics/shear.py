@@ -21,8 +21,6 @@ from typing import Any, Literal, NamedTuple
 
 from dpd.page import Change, Refusals, Term, setting
 
-CUTOFF = 1.0
-
 
 class SteadyShear(Term, key="shear"):
     """Steady shear by Lees-Edwards boundary conditions.
@@ -62,12 +60,12 @@ class SteadyShear(Term, key="shear"):
     def refuses(self, scene: Any) -> Refusals:
         flow, gradient = self.axes()
         dt, height = scene.dt, scene.box[gradient]
-        most = CUTOFF / (dt * height)
+        most = 1 / (dt * height)
         if abs(self.rate) > most:
             text = f"{self.rate:g} moves images by more than a cutoff in a step; allowed at dt "
             text += f"{dt:g} in a box of {height:g} along {self.gradient}: "
             yield "rate", f"{text}-{most:.4g} to {most:.4g}"
-        if self.room(scene)[flow] < 2 * CUTOFF:
+        if self.room(scene)[flow] < 2:
             least = 2 / (1 - 1 / height**2) ** 0.5
             text = f"the box has an edge of {scene.box[flow]:g} along the flow, where images slide "
             text += "and a bead could meet another one twice; allowed with "

@@ -50,7 +50,6 @@ class Thermostat(Term, key="thermostat"):
         return list(self.gamma.values()) if isinstance(self.gamma, dict) else [self.gamma]
 
     def brakes(self, scene: Any) -> bool:
-        """What acts on each bead does."""
         return self.kind == "langevin" and any(self.frictions())
 
 

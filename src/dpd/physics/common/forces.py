@@ -134,11 +134,6 @@ def record_class(
 def pair_record(page: PairForce, scene: Any) -> Any:
     """The numbers of a pair force, ``self`` of its formulas; by pairs of species a flat table."""
     values = page.numbers(scene)
-    for name, value in page if not values else ():
-        if isinstance(value, dict):
-            value = np.ascontiguousarray(scene.by_pair(value).ravel())
-        if isinstance(value, int | float | np.ndarray):
-            values[name] = value
     return record_class(type(page), values, curvature=curvature_of_pair)(**values)
 
 
