@@ -19,7 +19,8 @@ from dpd.page import Observable, names
 from dpd.pipeline.paper import read_config
 from dpd.pipeline.paths import Results
 from dpd.report import archive, documents
-from dpd.report.documents import deviations, pages, run_table
+from dpd.report.documents import pages, run_table
+from dpd.report.text import rendered
 from dpd.scene.scene import Scene
 
 README = (ROOT / "README.md").read_text()
@@ -188,7 +189,8 @@ def test_counts_and_deviations(archived):
     assert lines[0] == "<!-- begin: fast counts -->" and lines[-1] == "<!-- end -->"
     link = "[one](paper_figures/one/README.md)"
     assert f"| {link} | 3 | 1 | 2 | 0 | 1 of 1 | 0 of 1 |" in lines and "old" not in lines
-    lines = deviations(documents.rows_of_archive("fast")).splitlines()
+    rows = documents.rows_of_archive("fast")
+    lines = rendered("deviations.md.j2", rows=rows).splitlines()
     assert "| Figure 2 | peak | 0.5 rounding 0.005 | 0.5200 ± 0.0040 | 5.0 |" in lines
 
 

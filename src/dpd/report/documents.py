@@ -1,8 +1,6 @@
 """All pages of the repository that are written by a program, wholly or in part."""
 
-import math
 import re
-from collections.abc import Callable, Sequence
 from contextlib import suppress
 from html import escape
 from pathlib import Path
@@ -19,7 +17,7 @@ from dpd.report import archive
 from dpd.report import rows as verdicts
 from dpd.report.figures import load_module
 from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, section_rows, text_of
-from dpd.report.rows import Row, count
+from dpd.report.rows import Row
 from dpd.report.text import label, rendered
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
@@ -28,14 +26,10 @@ from dpd.start.common.make import system_of
 
 BLOCK = re.compile(r"(<!-- begin: (\S+) counts -->\n).*?(<!-- end -->)", re.S)
 FLUID = {
-    "dimension": 3,
-    "box": 6,
-    "molecules": [{"architecture": "A 2 B 2", "count": 162}],
-    "repulsion": {"A A": 25, "A B": 30, "B B": 25},
-    "bond": {"stiffness": 50, "length": 0.5},
-    "integrator": {"scheme": "gw-vv", "dt": 0.01},
-    "steps": {"equilibrate": 0, "sample": 1000},
-}
+    "dimension": 3, "box": 6, "molecules": [{"architecture": "A 2 B 2", "count": 162}],
+    "repulsion": {"A A": 25, "A B": 30, "B B": 25}, "bond": {"stiffness": 50, "length": 0.5},
+    "integrator": {"scheme": "gw-vv", "dt": 0.01}, "steps": {"sample": 1000},
+}  # fmt: skip
 PLANE = FLUID | {"dimension": 2, "box": 18}
 WALLED = FLUID | {"walls": {"axis": "y", "repulsion": 25}}
 # What changes in a scene, in an observable there, and how to say so where it then has more.
@@ -78,8 +72,13 @@ def _page(template, keys, **values):
 
 def filled(text: str) -> str:
     """A text with the blocks that `BLOCK` finds made anew, from verdicts that git keeps."""
-    link = "[{0}](paper_figures/{0}/README.md)".format
-    return BLOCK.sub(lambda b: f"{b[1]}{counts(rows_of_archive(b[2]), link)}\n{b[3]}", text)
+    link = "[{0}](paper_figures/{0}/README.md)"
+
+    def made(block):
+        rows = rows_of_archive(block[2])
+        return f"{block[1]}{rendered('counts.md.j2', rows=rows, link=link)}{block[3]}"
+
+    return BLOCK.sub(made, text)
 
 
 def paper_page(name: str) -> str:
@@ -112,7 +111,7 @@ def _study(name, study, table, paper):
     missing = [figure for figure in paper.figures if drawn and f"{name}/{figure}" not in drawn]
     return {
         "name": study, "description": read_study(study).description,
-        "counts": counts(table), "deviations": deviations(table),
+        "rows": table,
         "folder": f"results/archive/{study}/{name}" if study == LONG_STUDY else "",
         "missing": ", ".join(label(figure) for figure in missing),
     }  # fmt: skip
@@ -129,40 +128,6 @@ def _found(name, path, tables):
 def rows_of_archive(study: str) -> list[Row]:
     """The verdicts of a study that git keeps, as the report shows them."""
     return verdicts.verdict_rows(verdicts.read_rows(archive.ARCHIVE / study / archive.VERDICTS))
-
-
-def counts(rows: Sequence[Row], link: Callable[[str], str] = str) -> str:
-    """For each paper how many published numbers have which verdict; ``link``: what it is called."""
-    lines = []
-    for paper in sorted({row["paper"] for row in rows}):
-        held, *others = (
-            count(row for row in rows if (row["paper"], row["kind"]) == (paper, kind))
-            for kind in verdicts.KINDS
-        )
-        shares = (f"{each['r']} of {each['all']}" if each["all"] else "none" for each in others)
-        lines.append([link(paper), held["all"], *(held[mark] for mark in "rdn"), *shares])
-    head = (
-        "held against simulation",
-        *verdicts.MARKS,
-        "closed forms that hold",
-        "own checks that hold",
-    )
-    return markdown_table(["paper", *head], lines)
-
-
-def deviations(rows: Sequence[Row]) -> str:
-    """Every row of a verdict table that deviates, with its published value and ours."""
-    lines = [
-        [
-            label(row["entry"]["figure"]),
-            row["quantity"] + ("" if row["kind"] == "simulated" else f" ({row['kind']})"),
-            f"{row['published']} {row['allowed']}".strip(), row["ours"],
-            row["z_text"] if math.isfinite(row["z"]) else "",
-        ]
-        for row in rows if row["mark"] == "d"
-    ]  # fmt: skip
-    head = ["figure", "quantity", "published", "this work", "standard errors"]
-    return markdown_table(head, lines) if lines else "Nothing deviates."
 
 
 def run_table() -> str:

@@ -2,7 +2,6 @@
 
 import importlib.util
 import json
-import linecache
 import sys
 import time
 import traceback
@@ -78,8 +77,7 @@ def blamed_on(module: ModuleType, part: str) -> Iterator[None]:
         said, place, line, code = f"{part} raised {type(fault).__name__}: {fault}", path, None, ""
         for frame in traceback.extract_tb(fault.__traceback__):
             if Path(frame.filename).parent == Path(path).parent:
-                place, line = frame.filename, frame.lineno
-                code = linecache.getline(place, line or 0)
+                place, line, code = frame.filename, frame.lineno, frame.line or ""
         if isinstance(fault, SyntaxError):
             said, code = f"this is not Python: {fault.msg}", fault.text or ""
             place, line = fault.filename or path, fault.lineno

@@ -71,7 +71,7 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
             "id": f"{figure}-{sum(row['figure'] == figure for row in rows) + 1}",
             "figure": figure,
             "mark": MARKS[entry["verdict"]],
-            "quantity": typeset(quantity), **{k: typeset(entry[k]) for k in ("where", "note")},
+            "quantity": typeset(quantity), "note": typeset(entry["note"]),
             "plain": re.sub(r"[A-Za-z]+", lambda word: GREEK.get(word[0], word[0]), quantity),
             "published": typeset(_published(entry)),
             "allowed": " ".join(
@@ -81,13 +81,11 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
             ),
             "limits": entry["limits"] if math.isfinite(entry["rounding"]) or number is None else "",
             "ours": typeset(with_error(entry["value"], entry["error"])),
-            "resolution": "" if math.isnan(entry["resolution"]) else f"{entry['resolution']:.2g}",
             "archived": typeset(
                 f"{with_error(long_one['value'], long_one['error'])}, {long_one['verdict']}"
             ) if long_one else "",
             "z": z,
             "z_text": "" if math.isnan(z) else f"{z:.1f}".replace("inf", "∞").replace("-", "−"),
-            "z_bar": max(-5.0, min(5.0, z)) if not math.isnan(z) else 0.0,
             "ratio": entry["value"] / number if number else math.nan,
             "ratio_error": 1.96 * spread / abs(number) if number else math.nan,
             "number": number,
