@@ -185,9 +185,8 @@ def add_some(plan, beads, force, shared, own, n, task, count, now):
     gather_friction(pairs, n, v, beads, friction, edges, plan.slide, now.keys)
     add_pair_forces(force, pairs, n, species, pair, many_body, friction, edges)
     if now.measure:
-        measure_pairs(
-            shared.virial[task], shared.energy[task], pairs, n, species, pair, many_body, edges
-        )
+        virial, sums = shared.virial[task], shared.energy[task]
+        measure_pairs(virial, sums, pairs, n, species, pair, many_body, edges)
     return cache_pairs(own.cached, count, pairs, n, species, edges)
 
 

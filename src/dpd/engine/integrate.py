@@ -259,9 +259,10 @@ def change_since(excess, f, mine, time):
 
 
 @inlined()
-def renew_friction(f, excess, ends, drag, first, end, edges):
-    """Replace the friction in a force by that of the velocities now, for some cached pairs."""
-    for p in range(np.uint64(first), np.uint64(end)):
+def renew_friction(f, excess, cached, phase, edges):
+    """Replace the friction in a force by that of the velocities now, for a phase's cached pairs."""
+    ends, drag = cached.ends, cached.drag
+    for p in range(np.uint64(cached.phase[phase]), np.uint64(cached.phase[phase + 1])):
         i, j = ends[0, p], ends[1, p]
         pull = difference_along(excess, i, j, drag, p, edges)
         push_apart(f, i, j, pull, drag, p, edges)
@@ -273,9 +274,8 @@ def exchange_momentum(beads, cached, exchange, mass, pairs, plan, keys):
 
     Each finds the velocities that the pairs before it have left.
     """
-    v, identity, species, dt, edges = (
-        beads.velocity, beads.identity, beads.species, plan.dt, plan.edges,
-    )  # fmt: skip
+    v, identity, species = beads.velocity, beads.identity, beads.species
+    dt, edges = plan.dt, plan.edges
     drag, theta, low, high = cached.drag, pairs.theta, pairs.low, pairs.high
     swapped = Keys(keys.second, keys.first)  # numbers that the noise has not drawn
     count = np.uint64(cached.phase[len(cached.phase) - 1])
@@ -329,10 +329,7 @@ def take_friction_again(team, plan, beads, force, mine, cached, excess):
     multiply_by_masses(force, species, mine, plan.mass)
     for phase in range(len(cached.phase) - 1):
         barrier(team)
-        renew_friction(
-            force, excess, cached.ends, cached.drag, cached.phase[phase], cached.phase[phase + 1],
-            edges,
-        )  # fmt: skip
+        renew_friction(force, excess, cached, phase, edges)
     barrier(team)
     renew_bath(force, excess, species, mine, forces.langevin, edges)
     renew_wall_friction(force, excess, beads.position, mine, forces.walls, edges)

@@ -226,9 +226,8 @@ def next_pairs(at, end, x, search, cutoff):
     Positions are sorted by cell, inside the box. Return where to go on, and how many were found:
     `PAIRS_AT_ONCE` or a few more, or all that were left.
     """
-    start, level, grid, line, edges = (
-        search.cells.start, search.cells.level, search.grid, search.line, search.edges,
-    )  # fmt: skip
+    start, level, grid = search.cells.start, search.cells.level, search.grid
+    line, edges = search.line, search.edges
     position, slot, first, ahead, to, hit = line
     i, j, separation = search.pairs.i, search.pairs.j, search.pairs.separation
     levels, limit = ahead.shape[0] - 1, cutoff * cutoff
@@ -314,15 +313,15 @@ def list_pairs(team, x, search, reach, listed):
 
 
 @inlined()
-def listed_pairs(first, end, x, slots, pairs, edges, slide):
+def listed_pairs(first, end, x, slots, search):
     """Fill the pairs with some of the list from ``first`` to ``end``; return how many."""
     n, start = np.uint64(min(np.int64(PAIRS_AT_ONCE), end - first)), np.uint64(first)
-    i, j, separation = pairs.i, pairs.j, pairs.separation
+    i, j, separation = search.pairs.i, search.pairs.j, search.pairs.separation
     for p in range(n):
         i[p] = slots[0, start + p]
         j[p] = slots[1, start + p]
     for p in range(n):
-        for k in range(len(edges)):
+        for k in range(len(search.edges)):
             separation[k, p] = x[i[p], k] - x[j[p], k]
-    nearest_images(separation, n, edges, slide)
+    nearest_images(separation, n, search.edges, search.slide)
     return n

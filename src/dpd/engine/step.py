@@ -272,9 +272,7 @@ def add_pairs(team, plan, beads, force, shared, own, search, cutoff, listed, now
             for q in range(listed.phase[phase], listed.phase[phase + 1]):
                 task, first, end = first_task + listed.block[q], listed.end[q], listed.end[q + 1]
                 while first < end:
-                    n = listed_pairs(
-                        first, end, x, listed.pairs, search.pairs, plan.edges, plan.slide
-                    )
+                    n = listed_pairs(first, end, x, listed.pairs, search)
                     count = add_some(plan, beads, force, shared, own, n, task, count, now)
                     first += np.int64(n)
         close_phase(own.cached, phase, count)

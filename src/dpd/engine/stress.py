@@ -89,9 +89,8 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
 @kernel()
 def _add_virial(virial, beads, species, acting, slices):
     search, n_beads, pair = beads.search, len(beads.bead), acting.pair
-    pairs, edges, slot, arms, others = (
-        search.pairs, search.edges, acting.slot, acting.arms, acting.others,
-    )  # fmt: skip
+    pairs, edges = search.pairs, search.edges
+    slot, arms, others = acting.slot, acting.arms, acting.others
     at = first_place()
     while at.slot < n_beads:
         at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
