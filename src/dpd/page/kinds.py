@@ -335,10 +335,7 @@ class PairForce(Term):
         raise NotImplementedError
 
     def numbers(self, scene: Any) -> dict[str, Any]:
-        """What its formulas see as ``self``: if not given, those of its settings that are numbers.
-
-        Numbers, columns with one for each pair of species, and arrays of more dimensions.
-        """
+        """What formulas see as ``self``: numbers, columns by pairs of species, larger arrays."""
         return {
             name: scene.by_pair(each).ravel() if is_table(each) else each
             for name, each in self if is_table(each) or isinstance(each, int | float)

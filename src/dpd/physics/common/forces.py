@@ -52,10 +52,7 @@ class Forces(NamedTuple):
 
 
 def law_of(laws: Any, place: int) -> Any:
-    """A record with one number in the place of each of its columns; itself if it has none.
-
-    If one of them is called ``number``, that has the place in the others.
-    """
+    """A record with one number for each of its columns, of which ``number`` has the place."""
     law: Any = type(laws)
     return _one_of(law, tuple(np.ndim(value) == 1 for value in laws))(laws, place)
 
