@@ -5,8 +5,10 @@ import re
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from threading import Event
 
 import pandas as pd
 import pytest
@@ -74,13 +76,27 @@ def planned(folder, *arguments):
 
 
 SMOKE = ("--config", "study=smoke")
+GROWTH = []  # of the report while the smoke study runs: figures made, each time that it has more
+
+
+def watch(page, over):
+    """Note how many figures a report has, until the study is over."""
+    while not over.wait(0.5):
+        text = page.read_text(encoding="utf-8") if page.is_file() else ""
+        if (said := re.search(r"(\d+) of \d+ figures are made", text)) and said[1] not in GROWTH:
+            GROWTH.append(said[1])
 
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     """A copy in which the smoke study has run."""
-    folder = copy_repository(tmp_path_factory.mktemp("smoke"))
-    done = snakemake(folder, *SMOKE)
+    folder, over = copy_repository(tmp_path_factory.mktemp("smoke")), Event()
+    with ThreadPoolExecutor() as pool:
+        pool.submit(watch, folder / "results" / "smoke" / "report.html", over)
+        try:
+            done = snakemake(folder, *SMOKE)
+        finally:
+            over.set()
     assert done.returncode == 0, (done.stdout + done.stderr)[-5000:]
     return folder
 
@@ -197,6 +213,12 @@ def test_the_report_is_one_page(study):
         assert word in page
     for entry in (entry for paper in PAPERS for entry in published(paper).values()):
         assert typeset(entry["quantity"].removeprefix("the same")) in page
+
+
+def test_the_report_grows(study):
+    """From its first figure on, while others are made, there is one."""
+    made = list(map(int, GROWTH))
+    assert len(made) > 2 and 0 < made[0] < 10 and made == sorted(made)
 
 
 @contextmanager
