@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 from benchmarks import measure as module
+from benchmarks.costs import observing_in
 from dpd.commands import command
 from dpd.commands.main import main
 from dpd.files import replace_whole
@@ -22,6 +23,12 @@ def schemes(options):
     """Write automatic.yaml, for scheme auto, from the benchmark's figures."""
     text = recommendations(Path(results_of(options.study).figures("benchmark")))
     replace_whole(options.output, lambda draft: draft.write_text(text))
+
+
+@command("study")
+def observing(options):
+    """Say what all that each sweep of a study observes adds to its runs."""
+    observing_in(options.study)
 
 
 if __name__ == "__main__":

@@ -17,8 +17,10 @@ from dpd.errors import UserError
 from dpd.observe.common.measured import observables
 from dpd.page import Observable, names
 from dpd.physics.integrator import SCHEMES
+from dpd.pipeline.paper import read_config, read_paper
 from dpd.runs.run import simulate
 from dpd.scene.scene import Scene
+from dpd.start.common.make import make_start
 
 BARE = "bare fluid"
 # What a scene names for each feature.
@@ -182,11 +184,16 @@ def observing(systems=OBSERVED, turns=TURNS, say=print):
 
 
 def _share(simulation, scene, key, turns):
-    """Steps between samples, and what they add in % of the time of the processor."""
+    """Steps between samples of an observable, and what they add in % of the processor's time."""
     watched = Scene(scene.data | {"observe": [key], "steps": {"sample": LONGEST}}, scene.where)
     every = watched.observe[key].every
+    return every, _added(simulation, watched, [{key: {"every": every}}], every, turns)
+
+
+def _added(simulation, scene, observe, every, turns):
+    """What some observables add, in % of the processor's time; ``every``: the longest interval."""
     steps, added = -(-WATCHED // every) * every, []
-    asked = {"observe": [{key: {"every": every}}], "steps": {"sample": (turns + 1) * steps}}
+    asked = {"observe": observe, "steps": {"sample": (turns + 1) * steps}, "duration": {}}
     watched = Scene(scene.data | asked, scene.where)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "run.nc"
@@ -197,7 +204,41 @@ def _share(simulation, scene, key, turns):
             ended = time.process_time()
             simulation.advance(steps)
             added.append((ended - begun) / (time.process_time() - ended) - 1)
-    return every, 100 * float(np.median(added[1:]))
+    return 100 * float(np.median(added[1:]))
+
+
+def observing_in(study, turns=TURNS, say=print):
+    """What all that a sweep observes adds to its largest run, in %, for each sweep of a study.
+
+    A sentence for each sweep, the share of the whole study in its time last. What is seen once, as
+    the last configuration, is left out.
+    """
+    total = observed = 0.0
+    for paper in (read_paper(name, study) for name in read_config()["papers"]):
+        for name, sweep in paper.sweeps.items():
+            if not sweep.points:
+                continue
+            scene = max((point.scene for point in sweep.points), key=lambda scene: scene.work)
+            scene = Scene(scene.data | {"start": scene.start.stand_in()}, scene.where)
+            seen = {key: page for key, page in scene.observe.items() if page.every <= LONGEST}
+            simulation = simulation_of(scene, make_start(scene))
+            every = max(page.every for page in seen.values())
+            observe = [each for each in scene.data["observe"] if _key(each) in seen]
+            added = _added(simulation, scene, observe, every, turns)
+            begun = time.process_time()
+            simulation.advance(WATCHED)
+            step = (time.process_time() - begun) / WATCHED / scene.beads
+            steps = [point.scene.steps for point in sweep.points]
+            size = step * np.mean([point.scene.beads for point in sweep.points])
+            total += size * sum(map(sum, steps))
+            observed += size * sum(each.sample for each in steps) * added / 100
+            looks = ", ".join(f"{key} {page.every}" for key, page in seen.items())
+            say(f"{paper.name} {name}: {added:.0f} % ({looks})")
+    say(f"{study}: {100 * observed / total:.0f} % of the steps of all runs")
+
+
+def _key(observed):
+    return observed if isinstance(observed, str) else next(iter(observed))
 
 
 def observing_as_text(found, systems=tuple(OBSERVED)):
