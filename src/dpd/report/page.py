@@ -101,7 +101,8 @@ def _paper(paper, study, results, rows, pictures, at, done):
             "says": typeset(told.text) if told else "",
             "ours": verdicts.with_values(told.ours, found) if name in holds else "",
             "rows": judged,
-            "count": count(judged),
+            "count": count(row for row in judged if row["kind"] == "simulated"),
+            "others": count(row for row in judged if row["kind"] != "simulated"),
         })  # fmt: skip
         for row in judged:
             row["source"] = f"{cited['name']}, {figures[-1]['label']}"

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import yaml
 from markupsafe import Markup
 
-from dpd.analysis.verdicts import COLUMNS, published
+from dpd.analysis.verdicts import AGREE, COLUMNS, published
 from dpd.digest import ROOT, paper_folder
 from dpd.files import reading
 from dpd.report.text import GREEK, typeset, with_error
@@ -85,7 +85,7 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
                 f"{with_error(long_one['value'], long_one['error'])}, {long_one['verdict']}"
             ) if long_one else "",
             "z": z,
-            "z_text": "" if math.isnan(z) else f"{z:.1f}".replace("inf", "∞").replace("-", "−"),
+            "z_text": _sigmas(z),
             "ratio": entry["value"] / number if number else math.nan,
             "ratio_error": 1.96 * spread / abs(number) if number else math.nan,
             "number": number,
@@ -96,6 +96,12 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
 def _key(entry):
     """What rows of two studies for the same number have in common."""
     return (*(entry[name] for name in ("paper", "figure", "quantity", "kind")), _published(entry))
+
+
+def _sigmas(z):
+    """z as text: about two, where verdicts change, with a digit more."""
+    digits = 2 if abs(abs(z) - AGREE) < 0.05 else 1
+    return "" if math.isnan(z) else f"{z:.{digits}f}".replace("inf", "∞").replace("-", "−")
 
 
 def _number(entry):
