@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import gsd.fl
 import gsd.hoomd
@@ -29,9 +29,6 @@ from dpd.particles.particles import (
     in_tilted_box,
     tilt_factors,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 APPLICATION = "dpd-papers"  # in the header of the files that this program writes
 SCHEMA = [2, 0]  # version of HOOMD's schema

@@ -7,9 +7,11 @@ coefficients of potentials without a word, as a scene has its own, all else with
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
+from pathlib import Path
 from string import ascii_uppercase
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
@@ -24,10 +26,6 @@ from dpd.particles.particles import (
     molecules_of,
     tilt_factors,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
 
 # Columns of a line of Atoms by style; image flags may stand behind them.
 STYLES = {
@@ -116,12 +114,7 @@ class Data(NamedTuple):
 
 
 def read_data(path: Path) -> Particles:
-    """Read a data file.
-
-    It is of two dimensions if its box is too thin along z for three. Beads outside of the box are
-    wrapped into it, and counted in their images. Units are taken to be ``lj``, with lengths in r_c
-    and energies in kT. Refused is what no simulation can begin with.
-    """
+    """Read a data file, in units ``lj``; of two dimensions if its box is too thin for three."""
     data = _taken_apart(path)
     types, labels, columns = data.count("atom types"), data.labels("Atom"), _columns(data)
     if not 1 <= types <= MOST_TYPES:
@@ -283,9 +276,8 @@ def _left_out(data: Data, columns: Sequence[str], rows: np.ndarray) -> Iterator[
 def as_data(particles: Particles) -> str:
     """A configuration as the text of a data file, of atom style ``angle``, ``bond`` or ``atomic``.
 
-    All numbers have as many digits as it takes to read the same ones again. In two dimensions
-    the box is 1 thick along z. Names of species stand as comments behind the masses. A box that
-    shear has tilted is written as such; velocities are those about the flow.
+    Numbers have as many digits as it takes to read the same ones again. In two dimensions the box
+    is 1 thick along z. Under shear velocities are those about the flow.
     """
     bonds, angles, box = particles.bonds, particles.angles, particles.box
     style = "angle" if len(angles) else "bond" if len(bonds) else "atomic"

@@ -8,8 +8,9 @@ factors xy, xz and yz of the lattice of images. Velocities are then those about 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,9 +26,6 @@ from dpd.particles.particles import (
     tilt_factors,
 )
 from dpd.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 STATE = "state"  # group with all arrays of a state, by which a run goes on to the same bits
 POSITION = "last_position"  # what tells a file with a configuration from one without
@@ -93,11 +91,7 @@ def particles_of(
 
 
 def read_netcdf(path: Path) -> Particles:
-    """The configuration of a NetCDF file.
-
-    That is the last one of a result that keeps it, or what its observable ``configuration`` saw
-    last, without velocities; or a first configuration; or what `dpd.particles.write` made.
-    """
+    """The last configuration of a result, or a first one, or what `dpd.particles.write` made."""
     variables, attributes = files.read(path)
     if "start_digest" in attributes:
         if not (stored := files.read(path, STATE)[0]):
@@ -166,9 +160,8 @@ def fields_of(variables: Mapping[str, np.ndarray], path: object) -> Fields:
 def write_image(fields: Fields, frame: int, path: str | Path) -> None:
     """Write one frame, counted from 0, with a scalar ``density A`` of the cells for each species A.
 
-    The grid fills the box, whose corner is at 0. A field of two dimensions is one cell thick, in
-    the middle of which is z = 0. `UserError` if the file cannot be written, or the library that
-    writes it is not installed.
+    The corner of the box is at 0; in two dimensions the cells are about z = 0. `UserError` if the
+    file cannot be written, or the library that writes it is not installed.
     """
     try:
         from pyevtk.hl import imageToVTK

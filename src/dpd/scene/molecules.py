@@ -9,17 +9,15 @@ comb. Rings cannot be written.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from dpd.errors import shown
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
 
 MOST_BEADS = 10**6  # of one molecule
 AROUND = 30  # characters that a message shows on either side of a mistake

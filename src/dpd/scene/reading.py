@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from functools import cached_property
 from itertools import combinations_with_replacement
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +17,6 @@ from dpd.page import NEEDED, Observable, Start, Term, find, is_table, names
 from dpd.scene.molecules import Joined, Molecule, joined, tree_of
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import attempt
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 NOTED_MISSED = 1e-4  # share of a density that whole molecules may miss unsaid: rounding
 
@@ -182,7 +180,6 @@ class Settings:
 
     @property
     def beads(self) -> int:
-        """Number of beads."""
         return sum(kind.count * len(kind.beads) for kind in self.molecules)
 
     @property

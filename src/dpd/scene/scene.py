@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
@@ -20,9 +21,6 @@ from dpd.page import BondForce, Change, Refusals
 from dpd.scene.reading import Settings
 from dpd.scene.sections import AXES, CUTOFF, densities, limits, missed_by, unknown_names
 from dpd.scene.yaml import changed, read_yaml, value_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
 
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 
@@ -159,7 +157,6 @@ class Scene(Settings):
 
     @property
     def bond_force(self) -> BondForce | None:
-        """The law of its bonds."""
         return next((t for t in self.terms.values() if isinstance(t, BondForce)), None)
 
     @property
@@ -171,7 +168,6 @@ class Scene(Settings):
 
     @property
     def relaxing(self) -> int:
-        """Steps of relaxation of its first configuration."""
         return self.start.relax.steps if self.start.relax else 0
 
     @cached_property
@@ -198,7 +194,6 @@ class Scene(Settings):
 
     @property
     def kT(self) -> float:
-        """Temperature of the thermostat."""
         return float(self.terms["thermostat"].kT)
 
     @property
@@ -262,7 +257,6 @@ class Scene(Settings):
 
     @property
     def work(self) -> int:
-        """Bead-steps of the whole run."""
         return self.beads * sum(self.steps)
 
     @property

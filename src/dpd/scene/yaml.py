@@ -9,20 +9,17 @@ error of pydantic becomes a sentence: file, key, value, what is allowed, what to
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from copy import copy
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, get_args
+from typing import Any, ClassVar, get_args
 
 import yaml
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from dpd.errors import UserError, reason, shown, suggestion
 from dpd.page import NAMES, Section, inside
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from pydantic.fields import FieldInfo
 
 # Of the core schema: a tag, what it looks like, and with what it begins.
 CORE = (
@@ -186,7 +183,6 @@ def _setting(model: Any, loc: Iterable[Any]) -> tuple[FieldInfo | None, list[str
 
 
 def _fields(model):
-    """Settings of a section by their keys."""
     fields = model.model_fields if model is not None else {}
     return {field.alias or name: field for name, field in fields.items()}
 

@@ -5,14 +5,11 @@ from __future__ import annotations
 import hashlib
 import os
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any, Self
 
 from dpd.errors import UserError
 from dpd.page import Start, setting
-
-if TYPE_CHECKING:
-    from pathlib import Path
-    from typing import Self
 
 LAST_FRAME = -1  # of a file with several configurations
 
@@ -52,7 +49,6 @@ class FromFile(Start, key="file"):
 
     @property
     def read_frame(self) -> int:
-        """The number of the configuration."""
         return LAST_FRAME if self.frame is None else self.frame
 
     def refuse_other_file(self, where: str) -> None:

@@ -47,7 +47,6 @@ class Polymerize(Start, key="polymerize"):
     polymerize: Growth = setting("How chains grow.", Growth)
 
     def refuses(self, scene: Any) -> Refusals:
-        """Other molecules than chains, other dimensions than two."""
         if scene.dimension != 2:
             yield "method", "'polymerize' grows chains in two dimensions only"
         if not scene.has_bonds:
@@ -59,7 +58,6 @@ class Polymerize(Start, key="polymerize"):
                 return
 
     def decides(self, scene: Any) -> dict[str, Any]:
-        """How they grow."""
         return self.own()
 
     def make(self, scene: Any, progress: Any, say: Any) -> Any:

@@ -8,7 +8,9 @@ from __future__ import annotations
 import json
 import time
 from collections import defaultdict
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,18 +32,8 @@ from dpd.particles.particles import (
 from dpd.scene.scene import Scene
 from dpd.sources import start_sources
 from dpd.start import start_description, start_digest
-from dpd.start.common.make import (
-    make_start,
-    species_of,
-    system_of,
-    thermal_velocities,
-)
+from dpd.start.common.make import make_start, species_of, system_of, thermal_velocities
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-NETCDF = ".nc"
 SAME = 1e-6  # relative difference of edges that counts for none: files have single precision
 REMEDY = (
     "let snakemake make it again; for a run of your own name a file for --start that is not there "
@@ -89,15 +81,12 @@ def begin(
     progress: Callable[[int], object] | None,
     say: Callable[[str], object],
 ) -> tuple[Scene, State]:
-    """Begin a run of one's own with the first configuration in a file, which is made if not there.
-
-    A start of this scene is taken as it is; any other file becomes the ``start`` of the scene.
-    """
+    """Begin a run of one's own with the first configuration in a file, made if it is not there."""
     if not path.exists():
-        if path.suffix.lower() != NETCDF:
+        if path.suffix.lower() != ".nc":
             raise UserError(
-                f"{path}: there is no such file to start from. (A name in {NETCDF} that is not "
-                "there yet would be made.)"
+                f"{path}: there is no such file to start from. (A name in .nc that is not there "
+                "yet would be made.)"
             )
         write_start(scene, path, progress, say)
     found = begins_with(scene, path, say)
@@ -106,7 +95,7 @@ def begin(
 
 def begins_with(scene: Scene, path: Path, say: Callable[[str], object]) -> Scene:
     """The scene that `begin` runs: the same one, if its start is in the file."""
-    attributes = files.attributes(path) if path.suffix.lower() == NETCDF else {}
+    attributes = files.attributes(path) if path.suffix.lower() == ".nc" else {}
     if "start_digest" in attributes and attributes["start_digest"] == start_digest(scene):
         if attributes.get("start_sources") == start_sources(scene):
             return scene
@@ -132,8 +121,7 @@ def starting_from(scene: Scene, path: Path) -> Scene:
 def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     """Read the first configuration that a scene names, as a state with no force yet and step 0.
 
-    Molecules are put in the order of the scene, and velocities drawn where the file has none, which
-    is said. A `UserError` refuses a file that is another than before, or holds another system.
+    `UserError` if the file is another than before, or holds another system.
     """
     path = scene.start.path
     scene.start.refuse_other_file(scene.where)

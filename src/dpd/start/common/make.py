@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +23,6 @@ from dpd.physics.repulsion import Soft
 from dpd.scene.molecules import joined
 from dpd.scene.scene import Scene
 from dpd.start import start_description, start_work
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 FINEST = 1.0  # r_c, thickness of layers across a flow
 LEAST = 10  # beads in a cell, in the mean, for each function that is fitted to their velocities

@@ -10,6 +10,7 @@ spare monomers and spare chains; what is left of them is removed at the end.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -29,8 +30,6 @@ from dpd.start import start_description
 from dpd.start.common.make import relaxed, start_system, thermal_velocities
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from dpd.engine.state import System
     from dpd.scene.scene import Scene
 
