@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -34,8 +34,6 @@ from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     import xarray as xr
 
     from dpd.pipeline.sweep import Sweep

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -29,9 +30,6 @@ from dpd.start.common.files import begin
 from dpd.start.common.make import make_start, system_of
 
 if TYPE_CHECKING:
-    import os
-    from collections.abc import Sequence
-
     import xarray as xr
 
     from dpd.observe.common.snapshot import Snapshot

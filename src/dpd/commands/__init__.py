@@ -6,16 +6,13 @@ import math
 import os
 import signal
 import sys
-from argparse import ArgumentTypeError
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from argparse import Namespace
-    from collections.abc import Callable
-
     from dpd.runs.run import Options
-
 
 Option = tuple[tuple[str, ...], dict[str, Any]]  # as `ArgumentParser.add_argument` takes it
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 import shlex
 import sys
 from argparse import ArgumentParser
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
 import dpd
 from dpd.commands import COMMANDS, called, user  # noqa: F401  # it declares commands
 from dpd.errors import FAILED, Occupied, Stopped, UserError, reason
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 
 def new_parser(arguments: Sequence[str] = ()) -> ArgumentParser:

@@ -6,6 +6,8 @@ import importlib
 import math
 import sys
 import traceback
+from argparse import Namespace
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,9 +16,6 @@ from dpd.digest import ROOT, shortened
 from dpd.errors import FAILED, Stopped, UserError, suggestion
 
 if TYPE_CHECKING:
-    from argparse import Namespace
-    from collections.abc import Collection
-
     from dpd.pipeline.sweep import Sweep
 
 DATA = option(

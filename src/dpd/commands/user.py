@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import shlex
 import time
+from argparse import Namespace
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 from dpd.commands import (
     CHECKPOINTS,
@@ -21,10 +22,6 @@ from dpd.commands import (
     positive,
 )
 from dpd.errors import UserError, suggestion
-
-if TYPE_CHECKING:
-    from argparse import Namespace
-    from collections.abc import Mapping
 
 WIDTH = 100  # of a line
 PAGE = option(
