@@ -218,7 +218,7 @@ def test_the_report_is_one_page(study):
 def test_the_report_grows(study):
     """From its first figure on, while others are made, there is one."""
     made = list(map(int, GROWTH))
-    assert len(made) > 2 and 0 < made[0] < 10 and made == sorted(made)
+    assert made and 0 < made[0] < 10 and made == sorted(made)
 
 
 @contextmanager
