@@ -8,7 +8,9 @@
 import os
 import re
 import shlex
+import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -22,17 +24,24 @@ if "papers_dir" in config:  # papers outside of this clone; the commands of the 
     os.environ.update(DPD_PAPERS_DIR=str(config["papers_dir"]))
 
 from dpd.analysis.verdicts import figure_path, published, shown_by
-from dpd.digest import ROOT, value_digest
+from dpd.folders import ROOT
+from dpd.digests import value_digest
 from dpd.errors import UserError
 from dpd.pipeline import jobs
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of, say_at_exit
 from dpd.pipeline.paper import read_config, read_paper
-from dpd.sources import calculations_file, kernels_name, run_sources, stage_digest, start_sources
+from dpd.digests import calculations_file, kernels_name, run_sources, stage_digest, start_sources
 from dpd.start import start_digest, start_is_shared
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
 os.environ.update(here, PYTHONPATH=f"{ROOT / 'src'}:{ROOT}", MPLBACKEND="Agg")
+
+
+# Where rules find their commands, and how they call them: see rules/jobs.py.
+os.environ.pop("DPD_JOBS", None)
+DPD = [sys.executable, "-IS", str(ROOT / "rules" / "jobs.py")]
+SERVING = []
 
 
 # Results belong to the repository, wherever snakemake is called from, unless -d says otherwise.
@@ -80,6 +89,9 @@ onstart:
     # While it limits the rate of jobs, as it does by default, each wake-up of Snakemake's
     # scheduler sets a timer for one more: after some hundred jobs that keeps half a core busy.
     workflow.scheduler.job_rate_limiter = None
+    os.environ["DPD_JOBS"] = f"{tempfile.mkdtemp(prefix='dpd-')}/jobs"
+    serve = [sys.executable, DPD[-1], "--serve", os.environ["DPD_JOBS"]]
+    SERVING.append(subprocess.Popen(serve, stdin=subprocess.PIPE))  # which ends with Snakemake
 
 
 onsuccess:

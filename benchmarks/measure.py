@@ -17,10 +17,10 @@ from benchmarks.scaling import scaling
 from benchmarks.systems import STUDIES, WORKLOADS
 from benchmarks.tension import tension_beside_lammps
 from dpd.analysis.collect import save
+from dpd.digests import stage_digest
 from dpd.errors import UserError, suggestion
 from dpd.files import replace_whole
 from dpd.pipeline.paths import commit, processor
-from dpd.sources import stage_digest
 
 # The names that dpd.pipeline.paper allows.
 MEASUREMENTS = {

@@ -15,8 +15,8 @@ import yaml
 
 from benchmarks.systems import FLUID
 from benchmarks.timing import TURNS, in_turns, labelled, seconds_of, simulation_of
-from dpd.digest import ROOT
 from dpd.errors import UserError
+from dpd.folders import ROOT
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
 

@@ -22,7 +22,7 @@ rule collect:
         paper=only_before(SIMULATED),
     retries: 0
     shell:
-        "python -m dpd collect {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
+        "{DPD:q} collect {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
         " --runs {params.runs:q} {params.data:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
@@ -46,5 +46,5 @@ if CALCULATED:
             mem_mb=lambda wildcards, attempt: 1000 * attempt,
         retries: 0
         shell:
-            "python -m dpd calculate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
+            "{DPD:q} calculate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
             " -o {output:q} 2>&1 | tee -i {log:q}"

@@ -32,5 +32,5 @@ rule benchmark:
         results=lambda wildcards: OUT.folder,
     retries: 0
     shell:
-        "python -m dpd report {params.study:q} benchmark --results {params.results:q}"
+        "{DPD:q} report {params.study:q} benchmark --results {params.results:q}"
         " -o {output.page:q} 2>&1 | tee -i {log:q}"

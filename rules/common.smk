@@ -147,7 +147,7 @@ def option(name):
 def report_of(papers, page):
     """The command that writes a page on some papers, from what is there."""
     archived = [f"--archived={path}" for path in archived_verdicts()]
-    words = ["python", "-m", "dpd", "report", STUDY, *papers, "--results", OUT.folder, *archived]
+    words = [*DPD, "report", STUDY, *papers, "--results", OUT.folder, *archived]
     return shlex.join([*words, "-o", page])
 
 
@@ -155,7 +155,7 @@ def page_so_far(paper):
     """What a figure of the report does in the end, for who watches it grow."""
     if paper not in REPORTED:
         return ""
-    recent = f"find {shlex.quote(REPORT)} -mmin -1 2>/dev/null"
+    recent = f"find {shlex.quote(REPORT)} -mmin -2 2>/dev/null"
     return f'; [ -n "$({recent})" ] || {report_of(REPORTED, REPORT)} &> /dev/null || true'
 
 

@@ -25,8 +25,8 @@ rule draw_figure:
         page=lambda wildcards: page_so_far(wildcards.paper),
     priority: lambda wildcards: priority(wildcards.paper, PAGES)
     retries: 0
-    # Then the report so far, where that is not of the last minute: its last state is a job of its own.
+    # Then the report so far, where that is older than two minutes: its last state is a job of its own.
     shell:
-        "python -m dpd figure {params.study:q} {wildcards.paper:q} {wildcards.figure:q}"
+        "{DPD:q} figure {params.study:q} {wildcards.paper:q} {wildcards.figure:q}"
         " {params.data:q} -o {params.folder:q} --traceback {log.traceback:q} 2>&1 | tee -i {log.said:q}"
         "{params.page}"

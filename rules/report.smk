@@ -5,7 +5,7 @@
 
 rule join_verdicts:
     input:
-        OUT.tables_of(REPORTED.values()),
+        [OUT.figure(name, f, "csv") for name, paper in REPORTED.items() for f in paper.figures],
     output:
         table=report(update(VERDICTS), category="verdicts"),
         stamp=touch(STAMPS[0]),
@@ -13,7 +13,7 @@ rule join_verdicts:
         OUT.log(f"verdicts{PAGE}"),
     retries: 0
     shell:
-        "python -m dpd verdicts {input:q} -o {output.table:q} 2>&1 | tee -i {log:q}"
+        "{DPD:q} verdicts {input:q} -o {output.table:q} 2>&1 | tee -i {log:q}"
 
 
 rule write_report:

@@ -12,7 +12,7 @@ rule compile_kernels:
         runtime=lambda wildcards, attempt: 20 * attempt,  # half a minute was measured
         mem_mb=lambda wildcards, attempt: 2000 * attempt,  # 537 were
     shell:
-        "python -m dpd compile {params.study:q} {wildcards.paper:q} --kernels {wildcards.kernels:q}"
+        "{DPD:q} compile {params.study:q} {wildcards.paper:q} --kernels {wildcards.kernels:q}"
         " -o {output:q} 2>&1 | tee -i {log:q}"
 
 
@@ -39,7 +39,7 @@ rule make_start:
             [first_with_start(wildcards)[1].scene], attempt
         ),
     shell:
-        "python -m dpd start {params.study:q} {wildcards.paper:q} {params.sweep:q}"
+        "{DPD:q} start {params.study:q} {wildcards.paper:q} {params.sweep:q}"
         " {params.point:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
@@ -74,6 +74,6 @@ rule simulate:
         runtime=lambda wildcards, attempt: jobs.minutes(scenes_of(wildcards), attempt, LONGEST),
         mem_mb=lambda wildcards, attempt: jobs.megabytes(scenes_of(wildcards), attempt),
     shell:
-        "python -m dpd simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
+        "{DPD:q} simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
         " {params.points:q} {params.start:q} {params.data:q} --threads {threads}"
         " -o {params.runs:q} 2>&1 | tee -i {log:q}"

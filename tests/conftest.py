@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from dpd.commands.main import main
-from dpd.digest import ROOT
+from dpd.folders import ROOT
 from dpd.jit import COMPILES
 
 if not COMPILES:

@@ -25,9 +25,9 @@ from dpd.analysis.statistics import (
     trend,
 )
 from dpd.analysis.verdicts import Measured, judge
+from dpd.digests import run_sources
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.scene.scene import Scene
-from dpd.sources import run_sources
 
 MEMORY = 0.9  # of the autoregressive series below
 

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from dpd.digest import PACKAGE, ROOT
 from dpd.errors import UserError
+from dpd.folders import PACKAGE, ROOT
 from dpd.page import Observable, Term, names
 from dpd.scene.molecules import MOST_BEADS
 from dpd.scene.scene import Scene

@@ -13,8 +13,7 @@ import yaml
 from dpd import files
 from dpd.errors import UserError
 from dpd.particles import read, write
-from dpd.particles.particles import only
-from dpd.runs.result import last_configuration
+from dpd.runs.result import of_state
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
@@ -45,7 +44,7 @@ def from_file(path, **more):
 def melt():
     """A scene, and particles that are a start of it."""
     scene = Scene(MELT)
-    return scene, last_configuration(scene, make_start(scene))
+    return scene, of_state(scene, make_start(scene))
 
 
 @pytest.mark.parametrize("kind", ["nc", "gsd", "data"])
@@ -99,7 +98,7 @@ DIFFERENT = {
     ),
     "name": (lambda p: p._replace(names=("A", "W")), ["species 'W'", "has A, B"]),
     "a bead less": (
-        lambda p: only(p, np.arange(p.beads) != 62), ["3 molecules B for 4", "55 A, 37 B"]
+        lambda p: p.only(np.arange(p.beads) != 62), ["3 molecules B for 4", "55 A, 37 B"]
     ),
     "a branch": (lambda p: bonded(p, [1, 60]), ["19 molecules A 2 B for 20"]),
     "a ring": (lambda p: bonded(p, [2, 0]), ["19 molecules A 2 B for 20"]),

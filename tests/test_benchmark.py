@@ -24,7 +24,7 @@ from dpd.particles import write
 from dpd.pipeline.paper import read_paper
 from dpd.report.figures import load_module, make_figure
 from dpd.report.text import typeset
-from dpd.runs.result import last_configuration
+from dpd.runs.result import of_state
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
@@ -153,7 +153,7 @@ def lammps_of(scene, state, folder):
     further out that is our wall, down to 1 r_c behind ours.
     """
     path, (low, high) = folder / "beads.data", system_of(scene).walls.place
-    write(last_configuration(scene, state), path)
+    write(of_state(scene, state), path)
     code = lammps_module().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
     code.commands_list([
         "units lj", "comm_modify vel yes", "newton on", "atom_style atomic",

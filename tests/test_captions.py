@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 import yaml
 
-from dpd.digest import ROOT
+from dpd.folders import ROOT
 from dpd.report.figures import load_module
 from dpd.report.text import caption, sweep_line, typeset, with_error
 from dpd.scene.scene import Scene

@@ -60,7 +60,8 @@ def good(tmp_path_factory):
 def kept(good, tmp_path):
     """The same in a file."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", KEY)
-    rewrite(checkpoint, good)
+    with open(checkpoint.path, "wb") as file:
+        np.savez(file, **good)
     return checkpoint
 
 
@@ -88,11 +89,6 @@ def test_a_killed_run_goes_on_to_the_same_bits(whole, tmp_path, last, saved):
     assert_same_state(simulation.state, whole[0].state)
     for found, expected in zip(observers, whole[1]):
         np.testing.assert_equal(found.arrays, expected.arrays)
-
-
-def rewrite(checkpoint, arrays):
-    with open(checkpoint.path, "wb") as file:
-        np.savez(file, **arrays)
 
 
 def flipped(name):

@@ -8,9 +8,9 @@ import pytest
 
 import dpd as package
 from dpd.commands.main import main
-from dpd.digest import PACKAGE
 from dpd.errors import UserError
 from dpd.files import read
+from dpd.folders import PACKAGE
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import read_yaml
 from tests.conftest import SCENE
@@ -57,23 +57,18 @@ SMALLER = {
 }
 
 
-def shortened(name):
-    """An example with a few steps, in each of which everything is looked at."""
+@pytest.mark.filterwarnings("ignore:kT is")  # after so few steps
+@pytest.mark.few("fluid")
+@pytest.mark.parametrize("name", SCENES)
+def test_examples_run(name):
+    """For a few steps, in each of which all that they observe is looked at."""
     scene = read_yaml(SCENES[name]) | SMALLER.get(name, {})
     scene.pop("duration", None)
     scene["steps"] = {"equilibrate": 0, "sample": 100}
     for place, item in enumerate(scene["observe"]):
         settings = item if isinstance(item, dict) else {item: {}}
         scene["observe"][place] = {key: own | {"every": 1} for key, own in settings.items()}
-    return scene
-
-
-@pytest.mark.filterwarnings("ignore:kT is")  # after so few steps
-@pytest.mark.few("fluid")
-@pytest.mark.parametrize("name", SCENES)
-def test_examples_run(name):
-    """For a few steps, and with all that they observe."""
-    run = package.run(shortened(name), progress=False)
+    run = package.run(scene, progress=False)
     assert run.attrs["steps"] == 100 and np.isfinite(run.kT).all()
 
 

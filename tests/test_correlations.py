@@ -162,21 +162,18 @@ def test_every_lag_is_that_of_the_whole_run():
 
 
 def test_every_lag_is_that_of_the_whole_trajectory():
-    """For chains with one innermost bead and with two, and for their centres.
-
-    The box is small enough for beads to leave it.
-    """
+    """For chains with one innermost bead and with two, and centres, in a box that beads leave."""
     found, places = watched(MOVING, lambda now: now.unfolded)
     assert np.abs(places).max() > 1.5 * max(MOVING["box"])
     places -= np.mean(places, axis=2, keepdims=True)
     centres = np.stack([places[:, :, list(beads)].mean(axis=2) for beads, _ in MOLECULES], axis=2)
 
-    def of_centres(then, now):
-        return ((centres[now] - centres[then]) ** 2).sum(axis=1)
-
     def of_inner(then, now):
         square = ((places[now] - places[then]) ** 2).sum(axis=1)
         return np.stack([square[:, middle].mean(axis=1) for _, middle in MOLECULES], axis=1)
+
+    def of_centres(then, now):
+        return ((centres[now] - centres[then]) ** 2).sum(axis=1)
 
     for name, quantity in (("msd_inner", of_inner), ("msd_centre", of_centres)):
         names = ("lag_time", name, "lag_samples", f"{name}_sums")

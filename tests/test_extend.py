@@ -53,12 +53,6 @@ FLUID = SCENE | {
         {"pair_energies": {"every": 2}},
     ],
 }  # fmt: skip
-
-
-def with_scheme(scheme, base=FLUID):
-    return merge(base, {"integrator": {"scheme": scheme}})
-
-
 CORE = {"core": {"radius": 0.2, "force": 50}, "observe": [{"displacement": {"every": 1}}]}
 WALLED = merge(IN_SPACE, {
     "walls": {"axis": "z", "repulsion": {"A": 25, "B": 40}, "gamma": 9},
@@ -92,7 +86,7 @@ CASES = {
     "2D, one step is missing, threads": (IN_PLANE, 699, 2),
     "3D, chains, cells": (merge(IN_SPACE, {"pairs": {"search": "cells"}}), 345, 1),
     "3D, fluid, longer than a stretch": (FLUID, 777, 1),
-    "lowe-andersen": (with_scheme("lowe-andersen"), 777, 1),
+    "lowe-andersen": (merge(FLUID, {"integrator": {"scheme": "lowe-andersen"}}), 777, 1),
     "walls and a body force": (WALLED, 345, 1),
     "constant pressure, a list": (merge(PRESSED, {"pairs": {"search": "list"}}), 345, 2),
     "trees, frictions, masses": (TREES, 345, 2),

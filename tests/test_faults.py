@@ -14,6 +14,7 @@ import xarray as xr
 import yaml
 
 from dpd.analysis.collect import save
+from dpd.analysis.verdicts import COLUMNS
 from tests.conftest import SCENE
 
 POINT = ("smoke", "groot_warren_1997", "fluid", "replica=0")
@@ -163,7 +164,7 @@ READERS = {
 }  # fmt: skip
 
 
-DAMAGED = [("missing", stage) for stage in READERS if stage != "report"]
+DAMAGED = [("missing", stage) for stage in READERS if stage != "report"] + [("row", "verdicts")]
 
 
 @pytest.mark.parametrize("damage, stage", DAMAGED + [("cut", stage) for stage in READERS])
@@ -176,5 +177,7 @@ def test_a_file_between_stages_that_is_damaged(folder, dpd, stage, damage):
     if damage == "cut":
         save(xr.Dataset({"kT": ("a", np.arange(120.0), {"units": "1"})}), path)
         path.write_bytes(path.read_bytes()[:-700])
+    if damage == "row":  # of which the last ends before its verdict
+        path.write_text(f"{','.join(COLUMNS)}\nliu_2008,fig02_radial_distribution,a peak,Sec. II")
     before = everything()
     assert_refused(dpd(*asked), before, str(path))

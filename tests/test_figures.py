@@ -5,10 +5,13 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib import pyplot as plt
 
+from dpd.analysis.collect import load
 from dpd.analysis.diffusion import Resampled
 from dpd.analysis.verdicts import judge, published
 from dpd.errors import UserError
+from dpd.report.archive import ARCHIVE
 from dpd.report.figures import load_module
 from dpd.theory.equation_of_state import BETA, ETA, crgw
 from paper_figures.cerius2_1998 import morphology
@@ -20,14 +23,11 @@ from paper_figures.crgw_2019 import (
 )
 from paper_figures.crgw_2019.mixing import chain_potential, monomer_potential
 from paper_figures.liu_2008.plateau import plateau
+from tests import conftest
 
 PAPER = "liu_2008"
 RNG = np.random.default_rng(8)
-FLUID = {
-    "dimension": 3, "box": 10, "molecules": [{"architecture": "A", "density": 3}],
-    "repulsion": {"A A": 25}, "integrator": {"scheme": "gw-vv", "dt": 0.04},
-    "steps": {"sample": 100},
-}  # fmt: skip
+FLUID = conftest.SCENE | {"box": 10}
 
 
 def rouse_chain(beads, time):
@@ -49,6 +49,18 @@ def test_ideal_chains_have_no_plateau(beads):
     limit, _ = published(PAPER)["level"]["range"]
     assert 0.5 < found.decades < 0.9 < limit
     assert low <= found.low < found.high <= high
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("path", sorted(ARCHIVE.glob("paper/*/*.nc")), ids=lambda path: path.stem)
+def test_a_figure_is_drawn_where_nothing_is_measured(path, tmp_path):
+    """As in runs that are too short; and says what is seen."""
+    module, data = load_module(path.parent.name, path.stem), load(path)
+    names = [name for name in data if name.endswith("_error") or f"{name}_error" in data]
+    data = data.assign({n: data[n].where(False) for n in names if data[n].dtype.kind == "f"})
+    module.draw(data).savefig(tmp_path / "drawn.png")
+    plt.close("all")
+    assert getattr(module, "describe", lambda data: module.TITLE)(data)
 
 
 def pressures(exponent):

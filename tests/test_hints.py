@@ -4,7 +4,7 @@ import ast
 
 import pytest
 
-from dpd.digest import PACKAGE, ROOT
+from dpd.folders import PACKAGE, ROOT
 from tests.conftest import python
 
 # What only kernels call has no hints: Numba finds the types, and makes of each one code of its own.
@@ -19,13 +19,10 @@ def public_functions(body):
             continue
         if isinstance(node, ast.ClassDef):
             yield from public_functions(node.body)
-        elif isinstance(node, ast.FunctionDef) and not for_kernels(node):
-            yield node
-
-
-def for_kernels(node):
-    decorators = (ast.unparse(decorator).split("(")[0] for decorator in node.decorator_list)
-    return not FOR_KERNELS.isdisjoint(decorators)
+        elif isinstance(node, ast.FunctionDef):
+            decorators = (ast.unparse(decorator).split("(")[0] for decorator in node.decorator_list)
+            if FOR_KERNELS.isdisjoint(decorators):
+                yield node
 
 
 def without_hint(node):

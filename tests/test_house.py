@@ -2,10 +2,10 @@
 
 from graphlib import TopologicalSorter
 
-from dpd.digest import ROOT
+from dpd.folders import ROOT
 from tests.test_imports import MODULES, imported
 
-LINES, FILES, TESTS, PAPERS = 23_600, 137, 16_000, 14_850  # at most; lower them with the house
+LINES, FILES, TESTS, PAPERS = 22_000, 136, 16_000, 15_220  # at most; lower them with the house
 LONGEST = 450  # lines of a file
 SMALL = 60  # lines of a module that has more than one user
 PAGES = ("observe", "physics", "start")  # folders whose files are pages, which nobody imports
@@ -38,7 +38,7 @@ def test_it_does_not_grow():
     """Where a line more buys a user something, find one that does not."""
     assert lines_of("src/dpd") <= LINES and len(files_of("src/dpd")) <= FILES
     assert lines_of("tests") <= TESTS
-    assert lines_of("paper_figures", "rules", "benchmarks") <= PAPERS
+    assert lines_of("paper_figures", "rules", "benchmarks", "docs") <= PAPERS
     assert {name for name, lines in LENGTHS.items() if lines > LONGEST} == set()
 
 

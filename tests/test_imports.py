@@ -7,7 +7,7 @@ from itertools import chain
 import pytest
 import yaml
 
-from dpd.digest import PACKAGE, ROOT
+from dpd.folders import PACKAGE, ROOT
 from tests.conftest import SCENE, python
 
 MOST_OF_A_RUN = 60  # modules that `dpd run` imports
@@ -23,12 +23,11 @@ ORDER = (
     ("particles",),
     ("scene", "engine"),
     ("physics",),
-    ("jit", "own"),
-    ("sources",),
+    ("jit", "page.own"),
+    ("digests",),
     ("page",),
     ("files",),
-    ("digest", "errors", "theory"),
-    ("laws",),
+    ("folders", "errors", "theory"),
 )
 ROWS = {room: row for row, rooms in enumerate(ORDER) for room in rooms}
 # What a figure of a paper is made of; a picture of chains measures them as runs do.
@@ -93,7 +92,7 @@ def test_a_scene_knows_no_term():
 
 def test_a_plan_needs_no_numba():
     """Nor xarray: Snakemake reads studies and digests in every process that it starts."""
-    program = "import sys, dpd.pipeline.paper, dpd.sources; print(*sys.modules)"
+    program = "import sys, dpd.pipeline.paper, dpd.digests; print(*sys.modules)"
     done = python("-c", program)
     assert done.stdout and not {"numba", "xarray", "matplotlib"} & set(done.stdout.split())
 

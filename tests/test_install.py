@@ -11,10 +11,10 @@ from typing import NamedTuple
 import pytest
 import yaml
 
-from dpd.digest import PACKAGE
+from dpd.digests import run_sources
 from dpd.files import read
+from dpd.folders import PACKAGE
 from dpd.scene.scene import Scene
-from dpd.sources import run_sources
 from tests.conftest import SCENE
 from tests.test_pipeline import copy_repository
 

@@ -13,9 +13,9 @@ import netCDF4
 import pytest
 
 from dpd import runs as module
-from dpd.digest import ROOT
 from dpd.errors import UserError
 from dpd.files import read
+from dpd.folders import ROOT
 from dpd.runs import alone, worker_on
 from tests.conftest import SCENE, begin, folder_with, wait_for
 from tests.test_faults import POINT
@@ -100,7 +100,7 @@ def test_a_summary_that_nobody_reads_costs_no_result(here, heard):
     source = os.environ | {"PYTHONPATH": str(ROOT / "src")}
     done = subprocess.run(["bash", "-c", command], env=source, check=False)
     assert done.returncode == (heard == ">/dev/full")
-    assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 50
+    assert made() == ["run.nc"] and read("run.nc")[0]["kT"].size == 20
 
 
 def test_a_result_that_is_there_stays(here):

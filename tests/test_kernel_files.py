@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from dpd.digest import PACKAGE
+from dpd.folders import PACKAGE
 
 DOUBLE = """
 import dpd.jit

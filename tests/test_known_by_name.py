@@ -2,7 +2,7 @@
 
 import ast
 
-from dpd.digest import PACKAGE
+from dpd.folders import PACKAGE
 from dpd.page import Observable, Term, names
 
 ROOMS = ("api", "commands", "engine", "files.py", "page", "pipeline", "runs", "scene", "start")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from dpd.engine.neighbours import density_waves
+from dpd.engine.measure import density_waves
 from dpd.errors import UserError
 from dpd.observe.density_field import grid_shape
 from dpd.observe.structure_factor import wave_numbers
@@ -223,10 +223,7 @@ def test_frames_that_a_lost_run_did_not_come_to_are_empty():
 
 @pytest.mark.parametrize("name", SCENES)
 def test_structure_factors_are_those_of_their_definition(name):
-    """Each pair, each wave vector, each shell; from pairs of beads instead of density waves.
-
-    The wave vectors are all of one half up to max.
-    """
+    """Each pair, each wave vector of one half, each shell; from pairs of beads."""
     data = SCENES[name]
     scene = Scene(data)
     numbers = wave_numbers(scene.box, 3)

@@ -7,8 +7,8 @@ import pytest
 import yaml
 
 import dpd.pipeline.paper as module
-from dpd.digest import ROOT
 from dpd.errors import UserError
+from dpd.folders import ROOT
 from dpd.pipeline.paper import read_config, read_paper, read_study
 from tests.test_bad_input import FLUID, with_value
 from tests.test_bad_papers import PAPER

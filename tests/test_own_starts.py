@@ -9,10 +9,10 @@ import pytest
 import yaml
 
 import dpd
-from dpd.digest import PACKAGE
 from dpd.errors import UserError
 from dpd.files import attributes
 from dpd.files import read as read_netcdf
+from dpd.folders import PACKAGE
 from dpd.particles import read
 from dpd.runs.result import is_made
 from dpd.scene.scene import Scene
@@ -55,19 +55,14 @@ RELAXED = SCENE | {"start": SCENE["start"] | {"relax": {"steps": 10, "dt": 0.01}
 folder = folder_with({"line.py": PAGE, "scene.yaml": SCENE | {"pages": []}})
 
 
-def on_a_line(beads, step):
-    """As the page has it, by hand; in the box."""
-    x = np.random.default_rng(4).random((beads, 3))
-    x[:, 0] = step * np.arange(beads)
-    return (x % 4).T
-
-
 def test_from_the_command_line(folder):
     """The first configuration that a run keeps is that of the page, with thermal velocities."""
     done = command("run", "scene.yaml", "-o", "run.nc", "--page", "line.py", "--start", "start.nc")
     assert done.returncode == 0, done.stderr
     start = read("start.nc")
-    np.testing.assert_allclose(start.position, on_a_line(192, 0.05), atol=1e-12)
+    line = np.random.default_rng(4).random((192, 3))
+    line[:, 0] = 0.05 * np.arange(192)
+    np.testing.assert_allclose(start.position, line.T % 4, atol=1e-12)
     assert np.mean(start.velocity**2) == pytest.approx(1, abs=0.3)
     np.testing.assert_allclose(start.velocity.sum(axis=1), 0, atol=1e-10)
     assert json.loads(attributes("start.nc")["start"])["settings"] == {"step": 0.05}

@@ -11,7 +11,7 @@ import pytest
 
 from dpd.errors import UserError
 from dpd.particles import read, write
-from dpd.particles.particles import Particles, checked
+from dpd.particles.particles import Particles
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.files import write_start
@@ -195,7 +195,7 @@ def test_files_that_are_damaged(made, tmp_path, name):
         except UserError as problem:
             assert name in str(problem) and "\n" not in str(problem)
         else:
-            assert_same(checked(found, path), found)
+            assert_same(found.checked(path), found)
 
 
 def test_a_gsd_file_that_is_wrong(tmp_path):

@@ -17,7 +17,7 @@ from numba.core.caching import UserProvidedCacheLocator
 
 import dpd.jit  # noqa: F401  says where kernels are kept
 from dpd.analysis.verdicts import COLUMNS, published
-from dpd.digest import PACKAGE, ROOT
+from dpd.folders import PACKAGE, ROOT
 from dpd.pipeline.jobs import batches
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.report.text import typeset
@@ -26,14 +26,12 @@ from tests.conftest import command, python
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited
 PAPERS = read_config()["papers"]
-KEPT_OUT = {".git", ".venv", ".snakemake", "results", "__pycache__", ".pytest_cache", ".ruff_cache"}
+GENERATED = shutil.ignore_patterns(".*", "results", "__pycache__")  # .git, .venv, caches of tools
 
 
 def copy_repository(to):
     """The sources without what they generate."""
-    shutil.copytree(
-        ROOT, to, ignore=lambda folder, names: KEPT_OUT & set(names), dirs_exist_ok=True
-    )
+    shutil.copytree(ROOT, to, ignore=GENERATED, dirs_exist_ok=True)
     _share_kernels(to)
     return to
 
@@ -235,7 +233,7 @@ def edited(path, more):
 
 def test_edited_comments_rerun_nothing(study):
     """Nor do docstrings, from kernels to plots; and so a second run that finds all made."""
-    names = ("engine/search", "observe/rdf", "analysis/statistics", "report/page")
+    names = ("engine/neighbours", "observe/rdf", "analysis/statistics", "report/page")
     figure = f"paper_figures/{PAPER}/fig06_interface.py"
     with ExitStack() as edits:
         for path in (study / name for name in (*(f"src/dpd/{n}.py" for n in names), figure)):

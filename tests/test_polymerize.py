@@ -7,10 +7,10 @@ from dpd.engine.space import nearest
 from dpd.errors import UserError
 from dpd.scene.scene import Scene
 from dpd.start import start_work
-from dpd.start.common import polymerization as module
+from dpd.start.common import growth as module
 from dpd.start.common.files import read_start, write_start
+from dpd.start.common.growth import FREE, Chains, Growth, Rule, grow
 from dpd.start.common.make import make_start
-from dpd.start.common.polymerization import FREE, Chains, Growth, Rule, grow
 from dpd.start.polymerize import Growth as Settings
 from tests.engine.test_crossings import crossings_by_looking
 from tests.systems import assert_same_state
@@ -83,7 +83,7 @@ def test_copolymers_and_solvent_have_the_species_asked_for():
     state = make_start(scene)
     assert_whole(scene, state)
     length = distance(state.position, *scene.bonded.T, scene.box)
-    means = [length[scene.joined[2].law == law].mean() for law in range(3)]
+    means = [length[scene.joined[2][1] == law].mean() for law in range(3)]
     assert means[2] > max(means[:2]) + 0.05
     np.testing.assert_array_equal(state.species, [2] * 11 + [0, 0, 1, 1, 1, 0, 0] * 6 + [1] * 12)
     assert state.species.dtype == np.uint8

@@ -6,8 +6,8 @@ import pytest
 
 from dpd.analysis import verdicts
 from dpd.analysis.verdicts import Number, shown_by
-from dpd.digest import ROOT
 from dpd.errors import UserError
+from dpd.folders import ROOT
 from dpd.pipeline.paper import read_paper
 from tests.conftest import python
 

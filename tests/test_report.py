@@ -16,7 +16,7 @@ from dpd.analysis.collect import load
 from dpd.analysis.statistics import widening
 from dpd.analysis.verdicts import COLUMNS, Measured, judge
 from dpd.commands.main import main
-from dpd.digest import PACKAGE
+from dpd.folders import PACKAGE
 from dpd.pipeline.paper import Figure, Paper, read_config, read_paper
 from dpd.pipeline.paths import commit, errors_in
 from dpd.report import style

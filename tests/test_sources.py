@@ -4,11 +4,7 @@ import json
 
 import pytest
 
-from dpd.digest import PACKAGE
-from dpd.page import Observable, names
-from dpd.pipeline.paper import read_config, read_paper
-from dpd.scene.scene import Scene
-from dpd.sources import (
+from dpd.digests import (
     DECIDE_NOTHING,
     STAGES,
     file_of,
@@ -16,6 +12,10 @@ from dpd.sources import (
     source_of,
     unused,
 )
+from dpd.folders import PACKAGE
+from dpd.page import Observable, names
+from dpd.pipeline.paper import read_config, read_paper
+from dpd.scene.scene import Scene
 from tests.conftest import SCENE, python
 from tests.test_pipeline import copy_repository
 
@@ -147,9 +147,9 @@ DIGESTS = """
 import json, sys
 from dpd.pipeline.paper import read_paper
 from dpd.analysis.verdicts import figure_path
-from dpd.sources import kernel_digest
-from dpd.sources import STAGES, kernels_name, run_sources, stage_digest
-from dpd.sources import start_sources
+from dpd.digests import kernel_digest
+from dpd.digests import STAGES, kernels_name, run_sources, stage_digest
+from dpd.digests import start_sources
 found = {f"stage {stage}": stage_digest(stage) for stage in STAGES} | {"kernels": kernel_digest()}
 for name in sys.argv[1:]:
     paper = read_paper(name, "smoke")
@@ -211,7 +211,7 @@ FIGURE_OF_CHAINS = "figure liu_2008 fig04_snapshot"
 @pytest.mark.parametrize(
     ("module", "has"),
     [
-        ("engine/search", lambda scene: True),
+        ("engine/neighbours", lambda scene: True),
         ("observe/crossings", lambda scene: "crossings" in scene.observe),
         ("physics/pressure", lambda scene: "pressure" in scene.terms),  # starts keep their box
         ("analysis/interfaces", lambda scene: False),

@@ -5,7 +5,7 @@ import pytest
 
 from dpd.errors import UserError
 from dpd.particles import read, write
-from dpd.runs.result import last_configuration
+from dpd.runs.result import of_state
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
@@ -55,7 +55,7 @@ def test_auto_looks_at_the_lightest_and_at_the_highest_friction():
 def test_files_keep_masses(tmp_path, suffix):
     """Those of each species, also one that single precision does not have."""
     scene = Scene(BLEND | {"mass": {"A": 1.1, "B": 4}})
-    particles = last_configuration(scene, make_start(scene))
+    particles = of_state(scene, make_start(scene))
     write(particles, tmp_path / f"beads.{suffix}")
     found = read(tmp_path / f"beads.{suffix}")
     assert found.masses_by_name() == {"A": 1.1, "B": 4} and "mass" not in str(found.left_out)
@@ -65,7 +65,7 @@ def test_files_keep_masses(tmp_path, suffix):
 def test_a_start_from_beads_of_other_masses_says_so(tmp_path):
     """The velocities stay as they are. Velocities that a file lacks fit the scene's masses."""
     scene, path = Scene(BLEND), tmp_path / "beads.data"
-    particles = last_configuration(scene, make_start(scene))
+    particles = of_state(scene, make_start(scene))
     start = {"start": {"method": "file", "path": str(path)}}
     said = []
     write(particles._replace(masses=None), path)

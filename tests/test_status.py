@@ -15,9 +15,9 @@ import pytest
 import yaml
 
 from dpd.commands.main import main
-from dpd.digest import ROOT
 from dpd.engine.loop import stored_in
 from dpd.files import read, write
+from dpd.folders import ROOT
 from dpd.pipeline.jobs import RATE, as_text, plan
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import results_of
@@ -198,20 +198,20 @@ def test_time_left():
 def test_what_a_study_will_cost(here):
     """By the rates of its runs, or of another study's; assumed, and said to be, without any."""
     papers = [read_paper(PAPER, "smoke", only=["springs", "relaxation"])]
-    rows = plan(papers, "smoke")
+    rows = plan(papers, "smoke", 60)
     assert {row["rate"] for row in rows} == {RATE} and "not measured" in as_text(rows, 2)
     for study, rates in {"quick": (2e6,), "smoke": (5e5, 1e6, 3e6)}.items():
         for number, rate in enumerate(rates):
             path = results_of(study).run(PAPER, "springs", f"point={number}")
             write(path, {}, {"bead_steps_per_second": rate})
-    rows = {row["sweep"]: row for row in plan(papers, "smoke")}
+    rows = {row["sweep"]: row for row in plan(papers, "smoke", 60)}
     assert rows["springs"]["rate"] == 1e6 and not rows["relaxation"]["measured"]
-    assert plan(papers, "paper")[0]["rate"] == 1.5e6  # of all studies
+    assert plan(papers, "paper", 60)[0]["rate"] == 1.5e6  # of all studies
     scenes = [point.scene for point in papers[0].sweeps["springs"].points]
     work = sum(scene.beads * sum(scene.steps) for scene in scenes)
     assert rows["springs"]["core_hours"] == pytest.approx(work / 1e6 / 3600)
     assert all(row["memory"] > 100 and row["disk"] > 0 for row in rows.values())
-    assert "on 2 cores" in as_text(list(rows.values()), 2).splitlines()[3]
+    assert "6 runs in 26 jobs" in as_text(list(rows.values()), 2)
 
 
 @pytest.mark.parametrize("file", ["run.nc", "run.checkpoint", "run.nc.lock"])

@@ -146,8 +146,8 @@ def test_tables_give_each_bond_and_angle_its_law():
         ({"angle": {"D A D": {"stiffness": 3}}}, ["angle.D A D", "bonded", "'A A A'"]),
         ({"angle": {"stiffness": 3}} | only("A 2"), ["angle", "three beads"]),
         ({"observe": ["end_to_end"]} | only("A (A) (A) A"), ["observe", "'end_to_end'", "linear"]),
-        ({"dimension": 2, "box": 9, "start": {"method": "polymerize"}},
-         ["start.method", "polymerize", COMB, "branches"]),
+        ({"dimension": 2, "box": 9, "start": {"method": "polymerize"}} | only("A (A) (A) A"),
+         ["start.method", "polymerize", "A (A) (A) A", "branches"]),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_together(change, named):

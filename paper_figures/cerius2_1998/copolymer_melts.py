@@ -6,6 +6,7 @@ import xarray as xr
 from matplotlib import pyplot as plt
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import taped
 from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, DOUBLE, RED
 from paper_figures.cerius2_1998.phases import CYLINDERS, LAMELLAE, phase_of, strengths_of
@@ -99,6 +100,7 @@ def on_lattice(vectors, first):
     return np.abs(numbers @ basis - vectors).max(axis=1) < CLOSE
 
 
+@taped
 def _phase(runs, chi, replica):
     """Of one run."""
     return phase_of(strengths_of(runs.sel(chi=chi).isel(replica=[replica]), "A", SETTLED))

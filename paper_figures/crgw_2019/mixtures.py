@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
+from dpd.analysis.statistics import taped
 from dpd.report.style import points
 from paper_figures.crgw_2019.shared import LOOKS, PERCENT, TARGET, mean_of, mean_of_alike
 
@@ -27,31 +28,26 @@ def mixture(sweeps, one, other):
         "pressure_off": 100 * (pressure / TARGET - 1),
         "pressure_off_error": 100 / TARGET * error,
     }
+    mixed = sweeps[f"{one}_{other}"]
+    shares = np.array([0.0, *mixed.share.values, 1.0])
+    share = shares[:, np.newaxis]
     for name in EXCESSES:
         value, error = _joined(sweeps, one, other, "_npt", MEASURES[name])
-        share = value.share
-        ends = value.sel(share=1.0), value.sel(share=0.0)
-        end_errors = error.sel(share=1.0), error.sel(share=0.0)
-        ideal = share * ends[0] + (1 - share) * ends[1]
+        ideal = share * value[-1] + (1 - share) * value[0]
         inside = (share > 0) & (share < 1)
-        spread = np.sqrt(
-            error**2 + (share * end_errors[0]) ** 2 + ((1 - share) * end_errors[1]) ** 2
-        )
+        spread = np.sqrt(error**2 + (share * error[-1]) ** 2 + ((1 - share) * error[0]) ** 2)
         found[name] = 100 * (value / ideal - 1)
-        found[f"{name}_error"] = (100 * spread / abs(ideal)).where(inside, 0.0)
-    return xr.Dataset({name: values.assign_attrs(PERCENT) for name, values in found.items()})
+        found[f"{name}_error"] = np.where(inside, 100 * spread / abs(ideal), 0.0)
+    along, coordinates = ("share", "equation"), {"share": shares, "equation": mixed.equation}
+    return xr.Dataset({name: (along, each, PERCENT) for name, each in found.items()}, coordinates)
 
 
 def _joined(sweeps, one, other, ensemble, measure):
-    """A value and its error over all mole fractions, those of the pure fluids included."""
-    parts = []
-    for name, share in ((other, 0.0), (None, None), (one, 1.0)):
-        runs = sweeps[(name or f"{one}_{other}") + ensemble]
-        pair = measure(runs)
-        parts.append([part.expand_dims(share=[share]) for part in pair] if name else list(pair))
+    """A value and its error over all mole fractions and equations, with those of pure fluids."""
+    pairs = [measure(sweeps[name + ensemble]) for name in (other, f"{one}_{other}", one)]
     return tuple(
-        xr.concat([part[k].transpose("share", "equation") for part in parts], "share")
-        for k in range(2)
+        np.vstack([part.transpose(..., "equation").values for part in parts])
+        for parts in zip(*pairs)
     )
 
 
@@ -67,12 +63,12 @@ def _per_molecule_of(**terms):
     falls. Single beads have no energy of bonds.
     """
 
-    def measure(runs):
+    @taped
+    def total(runs):
         known = [name for name in terms if f"{name}_series" in runs]
-        total = sum(terms[name] * runs[f"{name}_series"] for name in known) / _per_molecule(runs)
-        return mean_of_alike(total)
+        return sum(terms[name] * runs[f"{name}_series"] for name in known) / _per_molecule(runs)
 
-    return measure
+    return lambda runs: mean_of_alike(total(runs))
 
 
 MEASURES = {

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from dpd.analysis.statistics import block_mean_and_error, over_replicas
+from dpd.analysis.statistics import block_mean_and_error, over_replicas, taped
 from dpd.report.style import BLUE, GREEN, ORANGE, Look
 
 TARGET = 41.89  # the pressure of all fluids at constant pressure, in kT / r_c^3
@@ -35,13 +35,18 @@ def mean_of_alike(series):
 
     ``series``: over ``time``, ``replica`` and axes of a sweep. Returns ``value``, ``error``.
     """
+    like, spread, flat = _scaled(series)
+    found = (part.reshape(spread.shape) * spread for part in block_mean_and_error(flat, alike=True))
+    return tuple(like.copy(data=part) for part in over_replicas(*found, axis=-1))
+
+
+@taped
+def _scaled(series):
+    """An array without time and replicas, standard deviations, and (time, points) over these."""
     series = series.transpose("time", ..., "replica")
     spread = np.maximum(series.std("time"), np.finfo(float).tiny)
     flat = (series / spread).values.reshape(series.sizes["time"], -1)
-    found = (part.reshape(spread.shape) * spread.values
-             for part in block_mean_and_error(flat, alike=True))  # fmt: skip
-    like = spread[..., 0].drop_vars("replica", errors="ignore")
-    return tuple(like.copy(data=part) for part in over_replicas(*found, axis=-1))
+    return spread[..., 0].drop_vars("replica", errors="ignore"), spread.values, flat
 
 
 def mismatches(sweeps):

@@ -126,7 +126,7 @@ def step_at(data, scheme, target, largest):
     """
     if scheme not in data.scheme:
         return np.nan, np.nan
-    small = data.sel(scheme=scheme).where(data.dt <= largest, drop=True).dropna("dt")
+    small = data.sel(scheme=scheme).isel(dt=data.dt.values <= largest).dropna("dt")
     dt = small.dt.values
     if not len(dt):
         return np.nan, np.nan

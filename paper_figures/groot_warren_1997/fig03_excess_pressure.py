@@ -51,7 +51,7 @@ def draw(data):
     for a in data.repulsion.values:
         at = data.sel(repulsion=a)
         points(axes, at.density, at.excess, at.excess_error, *look_of(a))
-        most = float(at.excess.dropna("density").density.max())
+        most = float(at.density.where(at.excess.notnull()).max())
         label = rf"published ${ALPHA:g}\, a \rho^2$" if a == data.repulsion.values[0] else None
         published_line(axes, rho[rho <= most], ALPHA * a * rho[rho <= most] ** 2, label)
     axes.set(xlim=(0, rho[-1]), ylim=(0, None), xlabel=r"density $\rho$ $r_c^3$",

@@ -115,7 +115,7 @@ def draw(data):
             part = at.where(at.fitted == fitted, drop=True)
             label = rf"$\rho$ = {rho}, $a$ = {75 // rho}" if fitted else None
             points(axes, part.excess, part.chi, part.chi_error, label, color, marker, fitted)
-        x = np.array([0, float(at.excess.max()) * 1.05])
+        x = np.array([0, max(at.excess.values, default=0) * 1.05])
         slope, error = float(at.slope), float(at.slope_error)
         label = rf"$\rho$ = {rho}, fit: {slope:.3f} ± {COVERAGE * error:.3f}"
         axes.plot(

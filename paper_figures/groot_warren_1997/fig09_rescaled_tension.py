@@ -16,6 +16,7 @@ from paper_figures.groot_warren_1997.tensions import (
     fit_in_words,
     longer_in_words,
     off_the_law,
+    put_law,
     tensions_of_chains,
     two_legends,
     without_dimers,
@@ -47,8 +48,8 @@ def compute(sweeps):
     longer = without_dimers(data)
     for name, held in SHAPES.items():
         found = _collapsed(data, **held)
-        _put_shape(data, name, found)
-        _put_shape(data, f"longer_{name}", _collapsed(longer, **held))
+        put_law(data, name, found)
+        put_law(data, f"longer_{name}", _collapsed(longer, **held))
     height = np.array([part.value for part in found.prefactors])
     reference = int(np.abs(data.excess.values.astype(float) - REFERENCE).argmin())
     factor = height[reference] / height
@@ -71,16 +72,6 @@ def _collapsed(data, **held):
     use = data.fitted.values
     columns = (data[name].values[use] for name in ("segregation", "scaled", "scaled_error"))
     return collapse(group[use], *columns, groups=data.sizes["excess"], **held)
-
-
-def _put_shape(data, name, found):
-    """Put the numbers of such a fit into a dataset, as NAME_mu, NAME_mu_error and so on."""
-    for part in ("critical", "mu"):
-        value, error = getattr(found, part)
-        data[f"{name}_{part}"] = ((), value, {"units": "1"})
-        data[f"{name}_{part}_error"] = ((), error, {"units": "1"})
-    for part in ("p_value", "reduced_chi_square", "points"):
-        data[f"{name}_{part}"] = ((), getattr(found, part), {"units": "1"})
 
 
 def measured(data):

@@ -18,6 +18,7 @@ from paper_figures.groot_warren_1997.tensions import (
     measured_part,
     put_law,
     scaled_tensions,
+    with_slope,
 )
 
 PUBLISHED = shown_by(__file__)
@@ -48,8 +49,8 @@ def compute(sweeps):
         for runs in SEGREGATION.values()
     ]
     laws = {name: law_of(parts, **held) for name, held in LAWS.items()}
-    own = [scaled_tensions(sweeps[runs.sweep], own_slope(sweeps[runs.sweep]))
-           for runs in SEGREGATION.values()]  # fmt: skip
+    slopes = [own_slope(sweeps[runs.sweep]) for runs in SEGREGATION.values()]
+    own = [with_slope(part, slope) for part, slope in zip(parts, slopes)]
     laws["own"] = law_of(own, **LAWS["classical"])
     alone = {rho: law_of([part], **LAWS["classical"]) for rho, part in zip(SEGREGATION, parts)}
     rows = [part.drop_vars("density").expand_dims(rho=[rho])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -34,6 +33,8 @@ def binodal(chi: float, length: float = 1) -> float:
 
     Raises `ValueError` if chi is not above the critical point, where there is one phase.
     """
+    from scipy.optimize import brentq  # takes 0.3 s to import, and most figures need none
+
     _above_critical(chi, length)
     lowest = np.exp(-2.0 * chi * length)  # the fraction is exp(-chi N) for large chi N
     spinodal_point = spinodal(chi, length)

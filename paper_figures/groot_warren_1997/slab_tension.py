@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from dpd.analysis.collect import cached_scene
 from dpd.analysis.interfaces import (
     CLEAR,
     SHARE,
@@ -27,7 +28,6 @@ from dpd.analysis.interfaces import (
 )
 from dpd.analysis.viscosity import Measured, measured
 from dpd.errors import UserError
-from dpd.scene.scene import Scene
 
 
 class SlabTension(NamedTuple):
@@ -66,7 +66,7 @@ def slab_tension(run: xr.Dataset) -> SlabTension:
     axis. Raises `UserError` if one of these is missing, if there are not two species, or if there
     are walls, which have a tension of their own, or a barostat, which changes the box.
     """
-    scene = Scene.of_result(str(run.attrs["scene"]), "run")
+    scene = cached_scene(str(run.attrs["scene"]), "run")
     if scene.ended or "pressure" in scene.data:
         raise UserError("tension: take a run without walls, which have one too, and 'pressure'")
     both = [scene.observe[name] for name in ("profile", "stress_profile") if name in scene.observe]
@@ -97,7 +97,7 @@ def tension_of_tensor(run: xr.Dataset) -> Measured:
 
     ``run``: as of `slab_tension`, with the observable ``thermo`` and pressures.
     """
-    scene = Scene.of_result(str(run.attrs["scene"]), "run")
+    scene = cached_scene(str(run.attrs["scene"]), "run")
     normal = scene.axis_of_profile(scene.observe["stress_profile"].axis)
     diagonal = np.diagonal(run.pressure_tensor.values, axis1=1, axis2=2)
     tangential = np.delete(diagonal, normal, axis=1).mean(axis=1)
@@ -106,4 +106,4 @@ def tension_of_tensor(run: xr.Dataset) -> Measured:
 
 def _length(middles):
     """Of the box along the slices of a profile, whose middles begin half a slice from 0."""
-    return float(middles[0] + middles[-1])
+    return float(middles.values[0] + middles.values[-1])

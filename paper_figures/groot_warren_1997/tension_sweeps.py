@@ -31,6 +31,9 @@ VARIABLES = {
     "beads": ("1", "beads N of a chain"),
 }
 
+# What variables that are used begin with: choosing runs costs for each there is.
+USED = ("scene", "density_profile", "normal_pressure", "tangential_pressure", "pressure_tensor")
+
 
 def sweep_tension(sweep: xr.Dataset) -> xr.Dataset:
     """Tension of every point of a sweep of slabs, replicas taken together.
@@ -42,6 +45,7 @@ def sweep_tension(sweep: xr.Dataset) -> xr.Dataset:
     """
     axes = [str(name) for name in sweep.scene.dims if name != "replica"]
     shape = [sweep.sizes[name] for name in axes]
+    sweep = one_run(sweep[[name for name in sweep.data_vars if str(name).startswith(USED)]])
     rows = [_of_point(sweep.isel(dict(zip(axes, at)))) for at in np.ndindex(*shape)]
     variables = {
         name: (axes, np.reshape([row[name] for row in rows], shape),
@@ -76,20 +80,21 @@ def _of_point(runs):
 
 
 def _of_replicas(runs: xr.Dataset) -> Iterator[SlabTension]:
+    runs = runs.assign_attrs(scene=str(runs.scene.values[0]))
     for k in range(runs.sizes["replica"]):
-        yield slab_tension(one_run(runs.isel(replica=k)))
+        yield slab_tension(runs.isel(replica=k))
 
 
 def one_run(run: xr.Dataset) -> xr.Dataset:
-    """One run of a collected sweep, as `slab_tension` takes it.
+    """One run of a collected sweep, or several, as `slab_tension` takes it.
 
-    ``run``: without axes of the sweep. Returns ``pressure_tensor`` is the series over time; it is
-    left out where the sweep kept its mean alone.
+    Returned ``pressure_tensor`` is the series over time; it is left out where the sweep kept its
+    mean alone. The scene is that of the first.
     """
     found = run.drop_vars("pressure_tensor", errors="ignore")
     if "pressure_tensor_series" in run:
-        found = found.assign(pressure_tensor=run.pressure_tensor_series)
-    return found.assign_attrs(scene=str(run.scene.values))
+        found = found.rename(pressure_tensor_series="pressure_tensor")
+    return found.assign_attrs(scene=str(run.scene.values.ravel()[0]))
 
 
 def _together(measured):

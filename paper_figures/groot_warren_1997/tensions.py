@@ -13,6 +13,7 @@ from paper_figures.groot_warren_1997.tension_laws import tension_law
 from paper_figures.groot_warren_1997.tension_sweeps import sweep_tension
 
 VAN_DER_WAALS = {"critical": 2.0, "mu": 1.5}  # mean field: Flory-Huggins, and its exponent
+CURVE = ("prefactor", "alpha", "critical", "mu")  # numbers of a law
 SCALED = r"$\sigma / (\rho k_BT r_c)$"
 FEW = "fewer than four settled runs"
 NOT_SETTLED = (
@@ -36,18 +37,23 @@ def scaled_tensions(sweep, slope):
     `tension_sweeps.sweep_tension` gives, and ``chi``, ``segregation`` (chi N), ``scaled``,
     ``scaled_error``, and ``fitted``, which runs have settled.
     """
-    data = sweep_tension(sweep)
-    one = {"units": "1"}
-    data["chi"] = (slope * data.excess_repulsion).assign_attrs(one, long_name="chi of Delta a")
-    data["segregation"] = (data.chi * data.beads).assign_attrs(one, long_name="chi N")
-    for name in ("tension", "tension_error"):
-        scaled = data[name] / data.density
-        data[name.replace("tension", "scaled")] = scaled.assign_attrs(
-            one, long_name=f"{data[name].long_name}, over rho kT r_c"
-        )
-    fitted = (data.settled == 1) & (data.scaled_error > 0)
-    data["fitted"] = fitted.assign_attrs(one, long_name="whether laws are fitted to this run")
-    return data
+    data, one = with_slope(sweep_tension(sweep), slope), {"units": "1"}
+    put = {}  # of arrays and at once: to align variables takes longer than all the rest
+    for name, each in {"scaled": data.tension, "scaled_error": data.tension_error}.items():
+        about = one | {"long_name": f"{each.long_name}, over rho kT r_c"}
+        put[name] = each.dims, each.values / data.density.values, about
+    fitted = (data.settled.values == 1) & (put["scaled_error"][1] > 0)
+    about = one | {"long_name": "whether laws are fitted to this run"}
+    return data.assign(put | {"fitted": (data.settled.dims, fitted, about)})
+
+
+def with_slope(data, slope):
+    """Tensions with ``chi`` and ``segregation`` by a slope chi kT / Delta a."""
+    chi, along = slope * data.excess_repulsion.values, data.excess_repulsion.dims
+    return data.assign(
+        chi=(along, chi, {"units": "1", "long_name": "chi of Delta a"}),
+        segregation=(along, chi * data.beads.values, {"units": "1", "long_name": "chi N"}),
+    )
 
 
 def tensions_of_chains(sweep, slope):
@@ -92,21 +98,17 @@ def law_of(parts, **held):
 
 
 def put_law(data, name, law):
-    """Put the numbers of a law into a dataset, as NAME_prefactor, NAME_prefactor_error, ..."""
-    for part in ("prefactor", "alpha", "critical", "mu"):
-        found = getattr(law, part)
-        data[f"{name}_{part}"] = ((), found.value, {"units": "1"})
-        data[f"{name}_{part}_error"] = ((), found.error, {"units": "1"})
-    data[f"{name}_reduced_chi_square"] = ((), law.reduced_chi_square, {"units": "1"})
-    data[f"{name}_p_value"] = ((), law.p_value, {"units": "1"})
-    data[f"{name}_points"] = ((), law.points, {"units": "1"})
+    """Put the numbers of a law or a collapse into a dataset, as NAME_mu, NAME_mu_error, ..."""
+    numbers = {part: getattr(law, part) for part in ("reduced_chi_square", "p_value", "points")}
+    for part in [part for part in CURVE if part in law._fields]:
+        numbers[part], numbers[f"{part}_error"] = getattr(law, part)
+    put = {f"{name}_{part}": ((), value, {"units": "1"}) for part, value in numbers.items()}
+    data.update(put)  # at once: each alone would be aligned with all others
 
 
 def curve(data, name, chi, length=1.0):
     """The law that `put_law` has put into a dataset, as scaled tensions at some chi."""
-    k, alpha, critical, mu = (
-        float(data[f"{name}_{part}"]) for part in ("prefactor", "alpha", "critical", "mu")
-    )
+    k, alpha, critical, mu = (float(data[f"{name}_{part}"]) for part in CURVE)
     return k * chi**alpha * np.maximum(1 - critical / (chi * length), 0) ** mu
 
 

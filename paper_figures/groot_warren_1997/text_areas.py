@@ -60,7 +60,7 @@ def of_figure_6(runs):
     """Profile of the pressure, its bulks, and the tension in two ways."""
     run = one_run(runs.isel(replica=0))
     found = slab_tension(run)
-    noise = run.pressure_tensor_all_series - run.pressure_tensor_series
+    noise = run.pressure_tensor_all_series - run.pressure_tensor
     added = tension_of_tensor(run.assign(pressure_tensor=noise))
     missing = (run.normal_pressure_profile - run.tangential_pressure_profile).values
     mean, error = mean_and_even_error(missing)

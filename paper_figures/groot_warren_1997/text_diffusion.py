@@ -150,7 +150,7 @@ def draw(data):
             axes.plot(x, line / (1 + heating(data)[0]), color=color, linewidth=0.8, linestyle=":",
                       label="the same line, scaled")  # fmt: skip
     axes.axhspan(LOW, HIGH, color=BLACK, alpha=0.15, linewidth=0, label=f"published {PUBLISHED}")
-    lowest = float((data.diffusion - COVERAGE * data.diffusion_error).min())
+    lowest = min(LOW, float((data.diffusion - COVERAGE * data.diffusion_error).min()))
     axes.set(
         xlim=(-0.04 * end, end),
         ylim=(lowest - 0.035, None),  # room for the legend

@@ -82,6 +82,7 @@ def line(data, rho, nu):
     ``p_value``, the probability of points that scatter more about a straight line; NaN with fewer
     than three points.
     """
+    data = data.isel(excess=(data.width_error > 0).values)
     if data.sizes["excess"] < 3:
         return dict.fromkeys(LINE, np.nan)
     chi, power = data.chi.values, -1 / nu

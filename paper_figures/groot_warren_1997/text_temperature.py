@@ -191,7 +191,7 @@ def draw(data):
              ylabel=r"$k_BT - 1$")  # fmt: skip
     left.legend(loc="upper right")
     points(middle, data.amplitude, data.excess, data.excess_error, "this work")
-    top = 1.25 * float(data.excess.max())
+    top = 1.25 * float(data.excess.max().fillna(1))
     lost = data.amplitude.values[~np.isfinite(data.excess.values)]
     if len(lost):
         middle.plot(lost, [0.95 * top] * len(lost), "X", color=RED, label="blew up")

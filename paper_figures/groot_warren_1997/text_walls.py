@@ -83,13 +83,12 @@ def of_run(runs):
         "force": mean_and_error(run.wall_pressure.values.mean(axis=1))[:2],
     }
     pressure = {"units": "kT / r_c^3"}
-    data = xr.Dataset()
+    found = {"bulk_density": ((), density, {"units": "1 / r_c^3"})}
+    found["kT"] = ((), float(run.kT), {"units": "kT"})
     for name, (value, error) in parts.items():
-        data[name] = ((), value, pressure | {"long_name": LOOKS[name][0]})
-        data[f"{name}_error"] = ((), error, pressure | {"long_name": "standard error"})
-    data["bulk_density"] = ((), density, {"units": "1 / r_c^3"})
-    data["kT"] = ((), float(run.kT), {"units": "kT"})
-    return data
+        found[name] = ((), value, pressure | {"long_name": LOOKS[name][0]})
+        found[f"{name}_error"] = ((), error, pressure | {"long_name": "standard error"})
+    return xr.Dataset(found)
 
 
 def best_wall(data):

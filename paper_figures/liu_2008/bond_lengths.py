@@ -5,10 +5,16 @@ import xarray as xr
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, linear_fit
-from dpd.analysis.structure import blocks_of, closest_contact
+from dpd.analysis.structure import blocks_of
 from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, RED, mpl, panels, points, published_line
-from paper_figures.liu_2008.shared import SETS, printed_share, samples_of, share_of_long_bonds
+from paper_figures.liu_2008.shared import (
+    SETS,
+    closest_contact,
+    printed_share,
+    samples_of,
+    share_of_long_bonds,
+)
 
 PUBLISHED = shown_by(__file__)
 SHARE = printed_share(PUBLISHED["share"].value)
@@ -31,13 +37,15 @@ ERRORS = (
     "the runs."
 )
 COLORS = {"set_1": BLUE, "set_2": RED}
+USED = ["scene", "bond_density", "bond_longest", "bond_mean"]
 DIAMETER = 2 * 0.15  # 2 r_s of set (1)
 TOP = 100.0  # of the lines, below the legend
 
 
 def compute(sweeps):
     """Distributions, longest bonds, and the share of bonds beyond 4 r_0 over 2 r_0."""
-    runs, monomers, share = sweeps["sets"], sweeps["monomers"], sweeps["share"]
+    runs, share = (sweeps[name][USED] for name in ("sets", "share"))
+    monomers = sweeps["monomers"][["rdf", "beads"]]
     chosen = [name for name in SETS if name in runs.set.values]
     rows, curves = [], []
     for name in chosen:

@@ -4,16 +4,10 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.statistics import COVERAGE, block_mean_and_error, jackknife
-from dpd.analysis.structure import (
-    closest_contact,
-    contact,
-    peak,
-    radial_distribution,
-    rise,
-)
+from dpd.analysis.structure import contact, peak, radial_distribution, rise
 from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, ORANGE, PURPLE, mpl, panels, points
-from paper_figures.liu_2008.shared import CORES, at_radius, samples_of
+from paper_figures.liu_2008.shared import CORES, at_radius, closest_contact, samples_of
 
 PUBLISHED = shown_by(__file__)
 CRYSTAL = PUBLISHED["crystal_radius"].value  # r_s at which the paper expects a crystal
@@ -45,7 +39,7 @@ RESTS = {0.15: 0.25, 0.25: 0.41}  # 2 r_0 in the bonds of sets (1) and (2)
 
 def compute(sweeps):
     """g(r), peaks, and the distance of closest contact, for one configuration and for more."""
-    runs = sweeps["monomers"]
+    runs = sweeps["monomers"][["scene", "rdf", "beads"]]
     r, r_s = runs.r.values, runs.r_s.values.astype(float)
     width = float(r[1] - r[0])
     curves, rows, windows, falling, slopes = [], [], [], [], []

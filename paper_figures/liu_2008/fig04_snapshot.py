@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.collections import LineCollection
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import jackknife
+from dpd.analysis.statistics import jackknife, taped
 from dpd.analysis.verdicts import Measured
 from dpd.observe.chains import sizes
 from dpd.report.style import mpl, panels
@@ -92,6 +92,7 @@ def measured(data):
     return found
 
 
+@taped
 def _ideal(length):
     """Elongations of ideal chains, whose bonds point anywhere, in two dimensions."""
     steps = np.random.default_rng(1).normal(size=(2, WALKS, length))

@@ -44,10 +44,15 @@ def compute(sweeps):
     return data
 
 
+def _dense(at):
+    """Density, excess pressure and error of dense systems."""
+    use = np.isfinite(at.excess.values) & (at.density.values > DENSE)
+    return (at[name].values[use] for name in ("density", "excess", "excess_error"))
+
+
 def _fits(at):
     """kappa, how far points are from the parabola, and the exponent, for dense systems."""
-    at = at.dropna("density", subset=["excess"]).where(at.density > DENSE, drop=True)
-    rho, excess, error = at.density.values, at.excess.values, at.excess_error.values
+    rho, excess, error = _dense(at)
     if len(rho) < 3:
         return {}
     # Every point counts alike, as for Groot and Warren: the errors are so small that those of
@@ -78,11 +83,10 @@ def spread(at):
     ``at``: ``excess`` and ``excess_error`` over ``density``. Returns ``value``, ``error``: largest
     less smallest, over the mean; NaN without dense systems.
     """
-    at = at.dropna("density", subset=["excess"]).where(at.density > DENSE, drop=True)
-    if not at.sizes["density"]:
+    rho, excess, error = _dense(at)
+    if not len(rho):
         return np.nan, np.nan
-    rho = at.density.values
-    scaled, error = (rho + at.excess.values) / rho**2, at.excess_error.values / rho**2
+    scaled, error = (rho + excess) / rho**2, error / rho**2
     low, high, mean = np.argmin(scaled), np.argmax(scaled), scaled.mean()
     return (scaled[high] - scaled[low]) / mean, float(np.hypot(error[high], error[low])) / mean
 
@@ -154,6 +158,8 @@ def draw(data):
     end = float(data.density.max()) * 1.03
     for radius in data.r_s.values:
         at = data.sel(r_s=radius).dropna("density", subset=["excess"])
+        if not at.sizes["density"]:
+            continue
         color = CORES.get(float(radius), ORANGE)
         scale = REPULSION * at.density**2
         n, error = float(at.exponent), COVERAGE * float(at.exponent_error)

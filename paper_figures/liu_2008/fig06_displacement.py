@@ -26,9 +26,9 @@ PAPER_SHOWS = (
     "conserve no momentum. Solid: g_i, dashed: g_cm, relative to the centre of mass of the box; "
     "thick where 4 <l^2> < g_i < R_g^2, beyond two bonds and inside the chain's own size, where "
     "the exponent is fitted, which the legend gives with its 95 % interval. Black: t^(8/15) solid, "
-    "t^(1/2) dotted, through the last thick point of the longest chains; the law by which a panel "
-    "divides is level there. Curves of shorter chains run out of a panel at its top. Times in DPD "
-    "units tau_0."
+    "t^(1/2) dotted, through the middle of the longest chains' thick line; the law by which a "
+    "panel divides is level there. Curves of shorter chains run out of a panel at its top. Times "
+    "are in DPD units tau_0."
 )
 ERRORS = (
     "Bands: 95 % intervals; the larger of two jackknife errors, leaving out molecules, and "
@@ -209,7 +209,7 @@ def draw(data):
             _guide(panel, longest, power)
             highest = float((longest.inner / longest.time**power).max())
             panel.set(xscale="log", xlim=(FROM, float(here.time.max())), title=words)
-            panel.set_ylim(0, ROOM * highest)
+            panel.set_ylim(0, ROOM * highest if np.isfinite(highest) else None)
             panel.set_ylabel(rf"$g(t) / t^{{{label}}}$ / ($r_c^2$ $\tau_0^{{-{label}}}$)")
         for panel in row:
             handles, _ = panel.get_legend_handles_labels()
@@ -236,14 +236,14 @@ def _curves(panel, at, power, named):
 
 
 def _guide(panel, at, power):
-    """Both power laws through the last point of the window of some chains."""
-    inside = np.flatnonzero((at.inner <= at.high).values)
+    """Both power laws through the middle of the window of some chains, from its beginning on."""
+    inside = np.flatnonzero(((at.inner >= at.low) & (at.inner <= at.high)).values)
     if not len(inside):
         return
-    first = at.isel(lag=inside[-1])
-    time = np.geomspace(float(first.time), float(at.time.max()), 50)
+    middle = at.isel(lag=inside[len(inside) // 2])
+    time = np.geomspace(float(at.time[inside[0]]), float(at.time.max()), 50)
     for theory, label in ((ROUSE, "1/2"), (SEMENOV_JOHNER, "8/15")):
-        guide = float(first.inner) * (time / float(first.time)) ** theory / time**power
+        guide = float(middle.inner) * (time / float(middle.time)) ** theory / time**power
         style = "-" if theory == SEMENOV_JOHNER else ":"
         shown = rf"$t^{{{label}}}$" if power == SEMENOV_JOHNER else None
         panel.plot(time, guide, style, color=BLACK, linewidth=0.9, label=shown)

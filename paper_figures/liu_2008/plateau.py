@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 if TYPE_CHECKING:
     from dpd.analysis.diffusion import Resampled
@@ -64,11 +66,11 @@ def plateau(found: Resampled, power: float, within: float, low: float, high: flo
 
 def _longest_level(y, band):
     """First and last index of the longest stretch in which y varies by no more than a band."""
-    best = 0, 0
-    for first in range(len(y)):
-        rest = y[first:]
-        width = np.maximum.accumulate(rest) - np.minimum.accumulate(rest)
-        last = first + int(np.searchsorted(width, band, side="right")) - 1
-        if last - first > best[1] - best[0]:
-            best = first, last
-    return best
+
+    def widths(size):
+        middles = slice(size // 2, size // 2 + len(y) - size + 1)  # of stretches that are whole
+        return (maximum_filter1d(y, size) - minimum_filter1d(y, size))[middles]
+
+    size = bisect_left(range(1, len(y) + 1), True, key=lambda size: widths(size).min() > band)
+    first = int(np.argmax(widths(size) <= band))
+    return first, first + size - 1

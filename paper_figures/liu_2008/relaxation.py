@@ -103,9 +103,9 @@ def draw(data):
     """tau_N, and the same over the paper's law."""
     figure, axes = panels(2, height=2.6)
     for panel, (taken, label) in zip(axes, LABELS.items()):
+        panel.set(xscale="log", yscale="log", xlabel="chain length N")
         for name, look in BATHS.items():
             _draw_bath(panel, data.sel(sweep=name), taken, look)
-        panel.set(xscale="log", yscale="log", xlabel="chain length N")
         panel.set_ylabel(label)
         panel.set_xticks(data.length.values, [f"{n:g}" for n in data.length.values])
         panel.set_xticks([], minor=True)
@@ -128,7 +128,7 @@ def _draw_bath(panel, at, taken, look):
     if rest.any():
         points(panel, n[rest], value[rest], error[rest], f"{look.label}, run too short",
                look.color, look.marker, filled=False)  # fmt: skip
-    if not counts.any():
+    if not (counts & np.isfinite(value)).any():
         return
     x = np.geomspace(n[counts][0], n[np.isfinite(value)][-1], 50)
     for name, (law, style) in LAWS.items():

@@ -11,10 +11,10 @@ from dpd.analysis.statistics import (
     interval,
     over_replicas,
 )
-from dpd.analysis.structure import blocks_of, closest_contact
+from dpd.analysis.structure import blocks_of
 from dpd.analysis.verdicts import AGREE, Measured, shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
-from paper_figures.liu_2008.shared import PAPER_STEP, SETS, share_of_long_bonds
+from paper_figures.liu_2008.shared import PAPER_STEP, SETS, closest_contact, share_of_long_bonds
 
 WARM = shown_by(__file__)["heat_1"].high  # of kT: how far off a proper time step may be
 
@@ -42,6 +42,7 @@ CHOSEN = 50  # F_max from which the text's rises are judged: it took two to four
 EVEN = 0.01  # of kT, that runs to be compared must keep
 SET_FORCE, SET_STIFFNESS = 100, 300  # F_max and C of set (1)
 BESIDE = 1.06  # factor between points of different C at one F_max, so that all are seen
+USED = ("scene", "bond_", "beads", "kT", "crossing")  # what names begin with; all cost at a point
 UNITS = {
     "longest": "r_c", "longest_error": "r_c", "variance": "r_c^2", "variance_error": "r_c^2",
     "share": "1", "share_error": "1", "share_bound": "1", "begun": "1", "exposure": "tau",
@@ -53,23 +54,19 @@ def compute(sweeps):
     """Contacts, bonds, crossings and stable steps over F_max and C."""
     names = ("contacts", "rigidity", "stability", "sets", "share")
     contacts, runs, steps, sets, share = (sweeps[name] for name in names)
+    runs = runs[[name for name in runs.data_vars if name.startswith(USED)]]
     places = list(np.ndindex(runs.sizes["force"], runs.sizes["stiffness"]))
     rows = [_bonds(runs.isel(force=i, stiffness=j)) for i, j in places]
     data = xr.Dataset(coords={name: runs[name] for name in ("force", "stiffness")})
     for name, unit in UNITS.items():
         table = np.array([row[name] for row in rows]).reshape(runs.sizes["force"], -1)
         data[name] = (("force", "stiffness"), table, {"units": unit})
-    cores = [closest_contact(contacts.sel(force=force)) for force in contacts.force.values]
+    places = [contacts[["rdf", "beads"]].sel(force=force) for force in contacts.force.values]
+    cores = [closest_contact(at) for at in places]
     data = data.assign_coords(core_force=contacts.force.values)
     data["contact"] = ("core_force", [core.value for core in cores], {"units": "r_c"})
     data["contact_error"] = ("core_force", [core.error for core in cores], {"units": "r_c"})
-    places = np.ndindex(steps.sizes["force"], steps.sizes["stiffness"])
-    stable = [_stable(steps.isel(force=i, stiffness=j)) for i, j in places]
-    tried = xr.DataArray(
-        np.reshape(stable, (steps.sizes["force"], -1)),
-        {name: steps[name] for name in ("force", "stiffness")}, ("force", "stiffness"),
-    )  # fmt: skip
-    tried = tried.rename(force="stable_force", stiffness="stable_stiffness")
+    tried = _stable(steps).rename(force="stable_force", stiffness="stable_stiffness")
     data["stable_dt"] = tried.assign_attrs(units="tau")
     kT, error = over_replicas(steps.kT.values, steps.kT_error.values, -1)
     names = tuple({"force": "stable_force", "stiffness": "stable_stiffness"}.get(d, d)
@@ -133,11 +130,10 @@ def _bonds(at):
     }
 
 
-def _stable(at):
-    """Largest dt up to which every run stays whole and warm within `WARM`."""
-    warm = (np.abs(at.kT - 1) < WARM).all("replica") & (at.lost_step < 0).all("replica")
-    good = at.dt.values[np.cumprod(warm.sortby("dt").values).astype(bool)]
-    return float(good.max()) if len(good) else 0.0
+def _stable(runs):
+    """Largest dt up to which every run stays whole and warm within `WARM`; 0 of none."""
+    good = ((np.abs(runs.kT - 1) < WARM) & (runs.lost_step < 0)).all("replica").sortby("dt")
+    return (good.cumprod("dt") * good.dt).max("dt").transpose("force", "stiffness")
 
 
 def _rise(data, name):

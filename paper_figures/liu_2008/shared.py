@@ -1,10 +1,12 @@
 """What figures of Liu et al. 2008 share."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import block_mean_and_error
-from dpd.analysis.structure import blocks_of
+from dpd.analysis.structure import blocks_of, contacts
 from dpd.report.style import BLACK, BLUE, GREEN, PURPLE, RED
 
 CORES = {0.0: BLACK, 0.15: BLUE, 0.2: GREEN, 0.25: RED}  # colour of each r_s that the paper shows
@@ -39,6 +41,33 @@ def share_of_long_bonds(at):
     beyond = length > 2 * first_scene(at).data["bond"]["length"]
     share = blocks_of(at.bond_density)[:, beyond].sum(axis=1) * (length[1] - length[0])
     return block_mean_and_error(share)
+
+
+class Contact(NamedTuple):
+    """The distance of closest contact 2 r_0, its standard error, and why it is none, if so."""
+
+    value: float
+    error: float
+    undecided: str
+
+
+def closest_contact(at):
+    """How close beads come in one configuration: median of `contacts`, as of grouped data.
+
+    Within a bin, distances are taken as uniform. The error is that of a mean of normal values times
+    sqrt(pi / 2), and of counts if all lie in one bin.
+    """
+    found, width = contacts(at), float(at.r[1] - at.r[0])
+    _, of_mean = block_mean_and_error(found)
+    error = np.hypot(np.sqrt(np.pi / 2) * of_mean, width / np.sqrt(4 * len(found)))
+    middle = np.median(found)
+    below, inside = np.mean(found < middle - width / 4), np.mean(abs(found - middle) < width / 4)
+    # No value is inside where the median of an even number lies between two bins.
+    value = middle + width * ((0.5 - below) / inside - 0.5) if inside else middle
+    beads, undecided = int(at.beads.max()), ""
+    if beads != PAPER_BEADS:
+        undecided = f"2 r_0 is of {PAPER_BEADS} beads, these runs have {beads}"
+    return Contact(float(value), float(error), undecided)
 
 
 def excluded(value, error):

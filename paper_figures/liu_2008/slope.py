@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from dpd.analysis.diffusion import HALF, displacements, subdiffusion
+from dpd.analysis.diffusion import HALF, USED, displacements, subdiffusion
 from dpd.analysis.statistics import COVERAGE
 from dpd.analysis.verdicts import Measured, shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
@@ -77,9 +77,9 @@ def compute(sweeps):
 def _levels(sweep, axis, found):
     """Where g_i over a power of t is level inside the chains' own size and beyond, over an axis."""
     levels = {stretch: [] for stretch in STRETCHES}
-    for place in sweep[axis].values:
-        low, high = (float(found[end].sel({axis: place})) for end in ("low", "high"))
-        inner = displacements(sweep.sel({axis: place}), "inner", HALF)
+    sweep = sweep[[name for name in sweep.data_vars if str(name).startswith(USED)]]
+    for place, (low, high) in enumerate(zip(found.low.values, found.high.values)):
+        inner = displacements(sweep.isel({axis: place}), "inner", HALF)
         for stretch, (power, outside) in STRETCHES.items():
             ends = (high, np.inf) if outside else (low, high)
             levels[stretch].append(plateau(inner, power, LEVEL, *ends)._asdict())
@@ -117,7 +117,7 @@ def _lowest(data):
         return Measured(np.nan, np.nan)
     small = too_small(at)
     if not np.isfinite(at.lowest):
-        end = float(at.time[at.slope.notnull()][-1])
+        end = float(at.time.where(at.slope.notnull()).max())
         reason = f"the slope falls until {end:.3g} DPD time units, the end"
         return Measured(np.nan, np.nan, "", small or reason)
     value, error = float(at.lowest), float(at.lowest_error)
@@ -263,7 +263,7 @@ def draw(data):
         "boxes": boxes + _there(data, f"melts {PAIR}", f"langevin {PAIR}"),
         "frictions": frictions + _like(data, frictions),
     }
-    end = float(data.time.where(data.slope.notnull()).max())
+    end = float(data.time.where(data.slope.notnull()).max().fillna(data.time.max()))
     for panel, (title, runs) in zip(axes.flat, groups.items()):
         colors = cycle((BLUE, GREEN, RED, PURPLE, ORANGE, BLACK))
         for run, color in zip(runs, colors):

@@ -45,7 +45,7 @@ def compute(sweeps):
     for name in runs.set.values:
         at = runs.sel(set=name)
         rows.append([*_criterion_ratio(at), *_shell(at, n)])
-        curves.append((radial_distribution(at).g, blocks_of(at.bond_density).mean(axis=0)))
+        curves.append((radial_distribution(at)[0], blocks_of(at.bond_density).mean(axis=0)))
     data = xr.Dataset(
         {
             "g": (("set", "r"), [g for g, _ in curves], {"units": "1"}),

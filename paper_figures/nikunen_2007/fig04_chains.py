@@ -69,6 +69,7 @@ SERIES = (BLUE, GREEN, ORANGE, RED, PURPLE, SKY, BLACK)
 OTHERS = ("a50", "a150", "a200")
 LONG = 32  # beads from which on a chain is long beside its stiffness, one or two bonds
 SHORT = 8  # from which on exponents of sets are compared
+SIZES = ["scene", "gyration_square", "end_to_end_square"]
 BOX = 16  # length of the chains in the small box
 FEWEST = 4  # lengths or lags that can tell a line from another curve
 MEAN = np.sqrt(8 / (3 * np.pi))  # mean distance over its root mean square, of a Gaussian vector
@@ -76,9 +77,10 @@ MEAN = np.sqrt(8 / (3 * np.pi))  # mean distance over its root mean square, of a
 
 def compute(sweeps):
     """Sizes over N for each set; correlations over time for each N."""
-    statics, runs = sweeps["statics"], sweeps["dynamics"]
+    statics, runs = sweeps["statics"][SIZES], sweeps["dynamics"]
     dynamics = chain_dynamics(runs)
-    rows = [_size(runs.sel(length=n), MAIN, n, dynamics) for n in runs.length.values]
+    sizes = runs[SIZES]  # choosing a point costs for each variable there is
+    rows = [_size(sizes.sel(length=n), MAIN, n, dynamics) for n in runs.length.values]
     for name in statics.set.values:
         if name != MAIN:  # whose runs in (b) are longer
             rows += [
@@ -195,9 +197,9 @@ def _relaxation_time(n, dynamics):
 
 def _sizes(data, name, quantity):
     """N, value and error of one set, by N, of runs that were equilibrated."""
-    use = (data.set.values == name) & (data.settled.values > 0)
-    chosen = data.isel(point=np.flatnonzero(use)).sortby("length")
-    return chosen.length.values, chosen[quantity].values, chosen[f"{quantity}_error"].values
+    use = np.flatnonzero((data.set.values == name) & (data.settled.values > 0))
+    use = use[np.argsort(data.length.values[use], kind="stable")]
+    return tuple(data[each].values[use] for each in ("length", quantity, f"{quantity}_error"))
 
 
 def measured(data):

@@ -113,7 +113,7 @@ def meeting(data, quantity):
     n, value, error = _counted(data, MAIN, quantity)
     heights, spreads = [], []
     for regime, (low, high) in REGIMES.items():
-        use = (n >= low) & (n <= high)
+        use = (n >= low) & (n <= high) & (error > 0)
         if not use.any():
             return np.nan, np.nan
         rest = np.log(value[use]) - LAWS[quantity][regime] * np.log(n[use])
@@ -208,14 +208,14 @@ def draw(data):
     }
     for column, (quantity, texts) in zip(axes.T, labels.items()):
         for panel, taken, text in zip(column, (0, LAWS[quantity]["rouse"]), texts):
+            panel.set(xscale="log", yscale="linear" if taken else "log", xlabel="chain length N",
+                      ylabel=text)  # fmt: skip
             for name in data.set.values:
                 _draw_set(panel, data.sel(set=name), quantity, taken, *STYLES[name])
             for regime, line in (("rouse", "--"), ("reptation", ":")):
                 _draw_law(panel, data, quantity, regime, taken, line)
             panel.axvspan(CROSSOVER.low, CROSSOVER.high, color=BLACK, alpha=0.1, linewidth=0,
                           label="published crossover")  # fmt: skip
-            panel.set(xscale="log", yscale="linear" if taken else "log", xlabel="chain length N",
-                      ylabel=text)  # fmt: skip
             panel.set_xticks(data.length.values, [f"{n:g}" for n in data.length.values])
             panel.set_xticks([], minor=True)
     axes[0, 0].legend(loc="upper left")

@@ -118,7 +118,7 @@ def _rate(data, name):
 
 def _below(count):
     """Standard error of a count on the side of smaller rates, where the limit is."""
-    return float(count - interval(count).low) / COVERAGE
+    return float(count - interval(count)[0]) / COVERAGE
 
 
 def halving(data):
@@ -205,6 +205,8 @@ def describe(data):
 def draw(data):
     """Rates over the margin."""
     figure, axes = panels(1)
+    axes.set(yscale="log", xlabel=r"margin $(\sqrt{2} r_{min} - l_{max})$ / $r_c$",
+             ylabel=r"rate of passes per bond / $\tau_0^{-1}$")  # fmt: skip
     for k, color in zip(range(data.sizes["interval"]), (BLUE, ORANGE)):
         at = data.isel(interval=k)
         seen = at["count"] > 0
@@ -219,14 +221,12 @@ def draw(data):
                   markerfacecolor="white", markersize=6 - 3 * k)  # fmt: skip
     for name in data.set.values:
         at = data.sel(set=name)
-        height = float((interval(at["count"]).high / at.exposure).max())
+        height = float((interval(at["count"])[1] / at.exposure).max())
         # Neighbours stand close together, the last at the dashed line: labels are upright.
         axes.annotate(f"a = {repulsion(name)}", (at.margin.item(), height), (0, LIFT),
                       textcoords="offset points", fontsize=7, ha="center", rotation=90,
                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
     axes.axvline(0, color="0.5", linestyle="--", linewidth=0.8)
     axes.margins(x=0.12, y=0.4)  # room for the highest label
-    axes.set(yscale="log", xlabel=r"margin $(\sqrt{2} r_{min} - l_{max})$ / $r_c$",
-             ylabel=r"rate of passes per bond / $\tau_0^{-1}$")  # fmt: skip
     axes.legend()
     return figure

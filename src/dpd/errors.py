@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import difflib
-import errno
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
-    from pathlib import Path
 
 FAILED = "error: "  # begins the sentence of a command that failed
 LONGEST_SHOWN = 100  # characters of a value
@@ -48,15 +46,6 @@ class LostRun(UserError):
 def reason(problem: BaseException) -> str:
     """Why the system refused something, in few words."""
     return getattr(problem, "strerror", None) or str(problem)
-
-
-def remedy(problem: BaseException, folder: str | Path) -> str:
-    """What to do where the system did not let us write into a folder."""
-    if isinstance(problem, RuntimeError):  # of the NetCDF library, which does not say why
-        return "is the disk full?"
-    is_full = getattr(problem, "errno", None) in (errno.ENOSPC, errno.EDQUOT)
-    what = "make room there" if is_full else f"make {folder} writable"
-    return f"{what} or choose another place"
 
 
 def shown(value: object, form: Callable[[object], str] = repr) -> str:

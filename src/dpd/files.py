@@ -1,30 +1,24 @@
 """Files that are whole or not there; NetCDF that says what made it."""
 
-from __future__ import annotations
-
+import errno
 import os
 import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from glob import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 
-from dpd.errors import Occupied, UserError, reason, remedy, shown
+from dpd.errors import Occupied, UserError, reason, shown
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    import netCDF4
-    import numpy.typing as npt
-
-    # Dimensions, values, units, long_name; other attributes by name where there are some.
-    Variable = (
-        tuple[Sequence[str], npt.ArrayLike, str, str]
-        | tuple[Sequence[str], npt.ArrayLike, str, str, Mapping[str, float]]
-    )
-
+# Dimensions, values, units, long_name; other attributes by name where there are some.
+Variable = (
+    tuple[Sequence[str], npt.ArrayLike, str, str]
+    | tuple[Sequence[str], npt.ArrayLike, str, str, Mapping[str, float]]
+)
 ONE_AT_A_TIME = threading.RLock()  # see `opened`
 TEMPORARY: set[Path] = set()  # drafts and locks, of no use once this process has ended
 
@@ -82,24 +76,23 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except (OSError, RuntimeError) as problem:
-        raise UserError(
-            f"{path}: cannot be written ({reason(problem)}); {remedy(problem, path.parent)}"
-        ) from None
+        is_full = getattr(problem, "errno", None) in (errno.ENOSPC, errno.EDQUOT)
+        remedy = "make room there" if is_full else f"make {path.parent} writable"
+        remedy = f"{remedy} or choose another place"
+        if isinstance(problem, RuntimeError):  # of the NetCDF library, which does not say why
+            remedy = "is the disk full?"
+        raise UserError(f"{path}: cannot be written ({reason(problem)}); {remedy}") from None
 
 
 def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path] = ()) -> None:
-    """Refuse a place where a result would do harm, before anything is written.
-
-    That is a name with another suffix (run.NC would share with run.nc what lies beside them), one
-    of what is not a file, or of an input under any name.
-    """
+    """Refuse a place that is no file, has another suffix, or is that of an input by any name."""
     path = Path(path)
     name = os.path.abspath(path)
     if "\\" in name or name.encode(errors="ignore").decode() != name:
         raise UserError(f"{str(path)!r}: the NetCDF library opens no such name; choose another one")
     if os.path.exists(path) and not os.path.isfile(path):
         raise UserError(f"{path}: is no file, as a folder or a device; name the file to write")
-    if path.suffix != suffix and suffix:
+    if path.suffix != suffix and suffix:  # run.NC would share with run.nc what lies beside
         raise UserError(f"{path}: a file is written here whose name ends in {suffix}; name it so")
     for given in inputs:
         there = os.path.exists(path) and os.path.exists(given) and os.path.samefile(path, given)
@@ -129,10 +122,7 @@ def check_place(path: str | Path) -> None:
 
 
 def read(path: str | Path, group: str = "") -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Variables and attributes of a NetCDF file or of a group of it; `UserError` if it is none.
-
-    A group that is not there has none of them.
-    """
+    """Variables and attributes of a NetCDF file, or `UserError`; of a group, none if not there."""
     with _reading(path) as file:
         place = file.groups.get(group) if group else file
         if place is None:
@@ -156,14 +146,11 @@ def attributes(path: str | Path) -> dict[str, Any]:
 
 
 @contextmanager
-def opened(path: str | Path, mode: Literal["r", "w"] = "r") -> Iterator[netCDF4.Dataset]:
-    """A NetCDF file, to read from or to write (``w``): the one way to open one.
-
-    One thread at a time has one open: the HDF5 library is not made for several. It gets the whole
-    path: of a name it drops blanks in front, and takes some for addresses.
-    """
+def opened(path: str | Path, mode: Literal["r", "w"] = "r") -> Iterator[Any]:
+    """A NetCDF file, to read or to write; in one thread at a time, as the HDF5 library needs."""
     import netCDF4  # its library takes time to import
 
+    # Of a name alone the library drops blanks in front, and takes some for addresses.
     with ONE_AT_A_TIME, netCDF4.Dataset(os.path.abspath(path), mode) as file:
         yield file
 
@@ -205,10 +192,7 @@ def check_digest(
 
 @contextmanager
 def draft_of(path: Path, is_kept: bool = True) -> Iterator[Path]:
-    """A name beside a file, this thread's own, for what takes its place once the block has ended.
-
-    Threads and processes may write the same file at once, as a start that their runs share.
-    """
+    """A name beside a file, this thread's own, for what takes its place after the block."""
     draft = path.with_name(f"{path.name}.{threading.get_native_id()}.writing")
     TEMPORARY.add(draft)
     try:

@@ -1,17 +1,14 @@
 """The one place that says how kernels are compiled.
 
 `kernel` is for what Python calls, `inlined` for the device functions that kernels call; in Python
-such a function stays a plain one. LLVM inlines them: a function kept apart is optimised differently
-when it is compiled afresh and when it is read from Numba's disk cache, and a resumed run would
-differ in its last bits. With NUMBA_DISABLE_JIT=1 all of it runs as Python.
+such a function stays a plain one. LLVM inlines them: one kept apart is optimised otherwise when it
+is compiled than when Numba's disk cache has it, and a resumed run would differ in its last bits.
 
-Numba would link, optimise and emit every function with all that it calls. Here device functions are
-lowered and simplified alone; a kernel links in each function below it once, and is optimised and
-emitted as a whole. Nor do they count who holds an array, which cost 5 % of the time of a step: what
-Python passes to a kernel lives until it returns.
+Numba would link, optimise and emit every function with all that it calls. Here a kernel links in
+each function below it once, and is optimised and emitted as a whole. Nor do they count who holds an
+array, which cost 5 % of a step: what Python passes to a kernel lives until it returns.
 """
 
-import gc
 import inspect
 import os
 import stat
@@ -24,8 +21,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from dpd.digest import cache_folder, text_digest
-from dpd.sources import kernel_digest
+from dpd.digests import kernel_digest, text_digest
+from dpd.folders import cache_folder
 
 # What Numba reads when it is imported, or again if a program has imported it before. Its disk cache
 # does not notice that a called function changed in another file, so its folder is named after the
@@ -39,7 +36,7 @@ if "numba" in sys.modules:
 # isort: split
 import numba
 from numba import njit, types
-from numba.core import event
+from numba.core import codegen, event
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -49,6 +46,13 @@ from numba.extending import intrinsic, overload
 
 from dpd.errors import reason
 from dpd.page import PARTS
+
+# LLVM uses half the width of AVX-512 on Intel's processors, unless told. Not by the environment,
+# which a job on another processor would inherit.
+FEATURES: str = numba.config.CPU_FEATURES or codegen.get_host_cpu_features()  # type: ignore[attr-defined]
+WIDE = "+avx512f" in FEATURES
+if WIDE:
+    numba.config.CPU_FEATURES = f"{FEATURES},-prefer-256-bit"  # type: ignore[attr-defined]
 
 # Numba looks for SciPy's linear algebra when it loads the first kernel, which takes 0.2 s of the
 # 0.7 to a first step, and goes without where there is none. No kernel here needs it.
@@ -136,16 +140,6 @@ class PartCompiler(Compiler):
 class KernelCompiler(PartCompiler):
     library = _Whole
 
-    def compile_extra(self, func: Any) -> Any:
-        """Compile without looking for garbage, of which there is little."""
-        enabled = gc.isenabled()
-        gc.disable()
-        try:
-            return super().compile_extra(func)
-        finally:
-            if enabled:
-                gc.enable()
-
 
 COMPILES = not numba.config.DISABLE_JIT  # type: ignore[attr-defined]  # Numba sets it at run time
 # NumPy's rules for division (no exceptions) and freedom to reorder sums let LLVM
@@ -206,8 +200,7 @@ def _is_trusted(folder):
 class _FileOfEach:
     """Files of a kernel's variants, each named after the arguments that it is compiled for.
 
-    Numba numbers them: two processes that compile at the same time may give two variants one
-    number, and a later one then runs code made for other arguments, and crashes.
+    Numba numbers them, and two processes may give two variants one number: a later one crashes.
     """
 
     def __init__(self, files):
@@ -283,11 +276,7 @@ def intrinsic_for(in_python: Callable[..., Any]) -> Callable[[Callable[..., Any]
 
 
 def method(name: str) -> Callable[..., Any]:
-    """A function that calls the method of that name of its first argument, a NamedTuple.
-
-    In a kernel the class is known when it is compiled, and the method is inlined. What is absent,
-    None, gives 0.
-    """
+    """A function that calls the method of that name of a NamedTuple, or gives 0 for None."""
 
     def call(record, *arguments):
         return 0.0 if record is None else getattr(record, name)(*arguments)

@@ -10,12 +10,8 @@ import pytest
 from scipy import stats
 
 from dpd.jit import kernel
-from tests.engine.reference import (
-    gaussian_noise,
-    pair_noise,
-    step_keys,
-    uniform_noise,
-)
+from dpd.physics.common.noise import cos_pi, minus_log
+from tests.engine.reference import gaussian_noise, pair_noise, step_keys, uniform_noise
 
 SIGMAS, CHANCE = 5.0, 1e-6
 # Name, whether Gaussian, fourth and eighth moment at unit variance.
@@ -61,6 +57,13 @@ def test_distribution(noise):
     root = np.sqrt(3.0)
     law = stats.norm() if noise[1] else stats.uniform(-root, 2 * root)
     assert stats.kstest(theta, law.cdf).pvalue > CHANCE
+
+
+def test_polynomials_of_gaussian_noise():
+    words, x = np.array([0, 1, 2**31, 2**32 - 2, 2**32 - 1, *LOW[::99]], np.uint32), LOW / 500 - 1
+    logarithms = -np.log((words + 0.5) / 2**32)
+    assert [*map(minus_log, words)] == pytest.approx(logarithms, rel=5e-12)
+    assert cos_pi(x) == pytest.approx(np.cos(np.pi * x), abs=2e-10)
 
 
 OTHER = np.random.default_rng(2).permutation(1000)  # a third bead for each first one

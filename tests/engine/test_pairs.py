@@ -11,9 +11,9 @@ from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
 from dpd.engine import integrate
-from dpd.engine.neighbours import pair_histogram, sorted_beads
+from dpd.engine.measure import pair_histogram, sorted_beads
+from dpd.engine.neighbours import first_place, near_pairs
 from dpd.engine.rows import axes_of, nearest_images, rows_of
-from dpd.engine.search import first_place, next_pairs
 from dpd.engine.space import (
     TURN,
     along_axes,
@@ -55,7 +55,7 @@ def fill_pairs(one, other, apart, beads, cutoff):
     total, pairs = 0, beads.search.pairs
     at = first_place()
     while at.slot < len(beads.bead):
-        at, n = next_pairs(at, len(beads.bead), beads.ordered, beads.search, cutoff)
+        at, n = near_pairs(at, len(beads.bead), beads.ordered, beads.search, cutoff)
         for p in range(n):
             one[total], other[total] = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
             for k in range(len(beads.search.edges)):

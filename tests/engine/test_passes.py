@@ -34,18 +34,14 @@ def moving_chains(box, count, length, bond, move, seed):
     return wrapped(before, box)[0], wrapped(after, box)[0], members
 
 
-def line_of(start, end):
-    """A vector that moves in a straight line in a unit of time, as three polynomials."""
-    return [Polynomial([a, b - a]) for a, b in zip(start, end)]
-
-
 def planes(one, other):
     """Whether two bonds meet inside both at each time they lie in one plane; None if unclear.
 
     A bond is ((A, A after), (B, B after)). The times are roots of w . (u x v), a cubic; there
     w + p u - q v = 0.
     """
-    a, b, c, d = (line_of(*end) for end in (*one, *other))
+    # Each end moves in a straight line in a unit of time: three polynomials.
+    a, b, c, d = ([Polynomial([x, y - x]) for x, y in zip(*end)] for end in (*one, *other))
     u, v, w = ([y - x for x, y in zip(*ends)] for ends in ((a, b), (c, d), (c, a)))
     triple = sum(
         w[i] * (u[j] * v[k] - u[k] * v[j]) for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))

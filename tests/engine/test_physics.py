@@ -137,9 +137,7 @@ def test_ideal_gas_has_no_structure(box):
 
 
 def test_an_unstable_run_is_recorded_or_fails(tmp_path):
-    """The file has the step at which it broke, 41, and NaN for what was not sampled from there;
-    unless that is asked for there is none, and the message names the scene. No checkpoint stays.
-    """
+    """With the step at which it broke, and NaN from there; or without a file or a checkpoint."""
     fluid = SCENE | {"dimension": 2, "box": 6, "integrator": {"scheme": "gw-vv", "dt": 0.12}}
     relaxed = {"start": {"relax": {"steps": 200, "dt": 0.02}}}
     sampled = {"steps": {"sample": 60}, "observe": [{"thermo": {"every": 1}}]}

@@ -78,10 +78,7 @@ def test_force_and_curvature_of_a_bond_are_slopes(name, r):
 @pytest.mark.parametrize("rest", [np.pi, 2.0, 0.0])
 @pytest.mark.parametrize("angle", [np.pi, 0.0])
 def test_straight_angles_stay_finite(angle, rest):
-    """No direction is across them: no force, rather than none that is a number.
-
-    Between bonds of length 1 and 0.8 at rest, with no other force.
-    """
+    """No direction is across them: no force, rather than none that is a number."""
     arm = np.array([np.cos(angle), np.sin(angle), 0.0])
     position = np.array([[1.0, 0, 0], [0, 0, 0], 0.8 * arm]).T + 3.0
     system = make_system(

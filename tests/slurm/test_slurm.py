@@ -70,7 +70,7 @@ def new_copy(folder):
     (folder / "config" / "papers" / "mine.yaml").write_text(yaml.safe_dump(PAPER))
     # However fast the machine is, a checkpoint is there long before the run ends.
     rule = folder / "rules" / "simulate.smk"
-    rule.write_text(rule.read_text().replace("dpd simulate", "dpd simulate --checkpoint-every 5"))
+    rule.write_text(rule.read_text().replace("q} simulate", "q} simulate --checkpoint-every 5"))
     return folder
 
 

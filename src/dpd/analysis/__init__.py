@@ -1,7 +1,7 @@
 """What runs and sweeps say, with errors that know about correlation.
 
     ``statistics``: means, jackknife, fits, intervals of counts, degrees of freedom of any error.
-    ``structure``: g(r), closest contact, pressure. ``diffusion``: displacements, D,
+    ``structure``: g(r), contacts, pressure. ``diffusion``: displacements, D,
     relaxation of chains. ``interfaces``: slabs, widths, chi. ``viscosity``: also at rest.
     ``collect``: the runs of a sweep on its axes. ``verdicts``: printed numbers against ours.
 

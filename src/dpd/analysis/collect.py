@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,11 @@ from xarray.backends import NetCDF4DataStore
 
 from dpd import files
 from dpd.analysis.statistics import block_mean_and_error, correlation_time, spread_of_mean, trend
+from dpd.digests import calculations_file, run_sources, stage_digest
 from dpd.errors import UserError
-from dpd.own import blaming
 from dpd.page import Calculation, Quantity
+from dpd.page.own import blaming
 from dpd.scene.scene import Scene
-from dpd.sources import calculations_file, run_sources, stage_digest
 
 LAST = "last_"  # what variables of the last configuration begin with: it stays with its run
 RECORDED = {
@@ -28,6 +29,8 @@ RECORDED = {
     "bead_steps_per_second": ("1 / s", "bead-steps per second"),
     "peak_memory_MiB": ("MiB", "peak memory of the run"),
 }
+# Each is asked for in all repeats of `degrees_of` and for the caption, and takes half a ms.
+cached_scene = cache(Scene.of_result)
 
 
 def collect(sweep: Any, paths: Iterable[str | Path], any_version: bool = False) -> xr.Dataset:
@@ -45,13 +48,7 @@ def collect(sweep: Any, paths: Iterable[str | Path], any_version: bool = False) 
     """
     begun = time.perf_counter()
     runs = [_read(path, point.scene, any_version) for path, point in zip(paths, sweep.points)]
-    data, names, shape = _on_axes(sweep)
-
-    def put(name, values, units, long_name, inner=()):
-        values = np.array(values)
-        stacked = values.reshape(*shape, *values.shape[1:])
-        data[name] = ((*names, *inner), stacked, {"units": units, "long_name": long_name})
-
+    data, put = _on_axes(sweep)
     for name, (units, long_name) in RECORDED.items():
         put(name, [run.attrs[name] for run in runs], units, long_name)
     put("scene", [run.attrs["scene"] for run in runs], "1", "the scene as JSON")
@@ -62,7 +59,7 @@ def collect(sweep: Any, paths: Iterable[str | Path], any_version: bool = False) 
     for name, variable in runs[0].data_vars.items():
         parts = [run[name] for run in runs]
         if variable.dims == ("sample",) and name != "time":
-            for suffix, *column in _summed(runs, name, shape[-1]):
+            for suffix, *column in _summed(runs, name, data.sizes["replica"]):
                 put(name + suffix, *column)
         elif "sample" not in variable.dims and (
             _alike(parts) or len({part.shape for part in parts}) == 1
@@ -72,12 +69,12 @@ def collect(sweep: Any, paths: Iterable[str | Path], any_version: bool = False) 
             for own in sorted(set(variable.dims) & set(runs[0].coords) - set(data.variables)):
                 places = [run[own] for run in runs]
                 if _alike(places):
-                    data = data.assign_coords({own: places[0]})
+                    data.coords[own] = places[0]
                 elif f"{own}_of_run" not in data:  # as the slices of boxes that change
                     about = places[0].attrs["units"], places[0].attrs["long_name"]
                     put(f"{own}_of_run", [place.values for place in places], *about, (own,))
     if len({run.time.values.tobytes() for run in runs}) == 1:
-        data = data.assign_coords(time=("time", runs[0].time.values, runs[0].time.attrs))
+        data.coords["time"] = ("time", runs[0].time.values, runs[0].time.attrs)
         for name in sweep.series:
             if name not in runs[0]:
                 raise UserError(
@@ -95,12 +92,19 @@ def collect(sweep: Any, paths: Iterable[str | Path], any_version: bool = False) 
 
 
 def _on_axes(sweep):
-    """A dataset with the axes of a sweep, their names, and their lengths."""
+    """A dataset with the axes of a sweep, and what puts a variable of its points there."""
     data = xr.Dataset(attrs={"sweep": sweep.name})
     for axis in sweep.axes:
         about = {"units": axis.units, "long_name": axis.long_name}
         data[axis.name] = (axis.name, list(axis.labels), about)
-    return data, [axis.name for axis in sweep.axes], [len(axis.labels) for axis in sweep.axes]
+    names, shape = zip(*((axis.name, len(axis.labels)) for axis in sweep.axes))
+
+    def put(name, values, units, long_name, inner=()):
+        values = np.array(values)
+        stacked = values.reshape(*shape, *values.shape[1:])
+        data[name] = ((*names, *inner), stacked, {"units": units, "long_name": long_name})
+
+    return data, put
 
 
 def calculate(
@@ -115,17 +119,15 @@ def calculate(
     for done, point in enumerate(sweep.points, 1):
         found.append(_calculated(point.scene, f"{paper}.yaml: sweeps.{sweep.name} ({point.name})"))
         progress(done)
-    data, names, shape = _on_axes(sweep)
-    for name, first in found[0].items():
-        about = {"units": first.units, "long_name": first.long_name}
-        if first.dims == (name,):
-            data[name] = (name, first.value, about)
-            continue
-        values = np.array([point[name].value for point in found])
-        data[name] = ((*names, *first.dims), values.reshape((*shape, *values.shape[1:])), about)
+    data, put = _on_axes(sweep)
+    for name, (value, *about, dims) in found[0].items():
+        if dims == (name,):
+            data[name] = (name, value, dict(zip(("units", "long_name"), about)))
+        else:
+            put(name, [point[name].value for point in found], *about, dims)
     data.attrs |= {
         "calculation": sweep.points[0].scene.key,
-        "axes": " ".join(names),
+        "axes": " ".join(axis.name for axis in sweep.axes),
         "description": _description(sweep),
         "sources": stage_digest("calculate", calculations_file(paper)),
         "points": sweep.calculated_digest,
@@ -167,7 +169,7 @@ def name_of(path: str | Path) -> str:
 
 def first_scene(runs: xr.Dataset) -> Scene:
     """The scene of the first point of a sweep, or of some of its points."""
-    return Scene.of_result(str(runs.scene.values.ravel()[0]), "sweep")
+    return cached_scene(str(runs.scene.values.ravel()[0]), "sweep")
 
 
 def _summed(runs, name, replicas):

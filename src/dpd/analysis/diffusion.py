@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -26,6 +26,7 @@ NUMBERS = {
     "lowest_square": "r_c^2", "duration": "tau", "box_edge": "r_c", "beads": "1",
     "friction": "kT tau / r_c^2",
 }  # fmt: skip
+USED = ("scene", "lag_", "msd_", "end_", "bond_mean_s", "gyration_s")  # all cost at each point
 HALF = 5.0  # parts of a run, which are tenths
 GROUPS = 20  # of molecules, left out in turn
 # By which the variance of a mean over parts is larger, as displacements that end in one have begun
@@ -71,13 +72,11 @@ class Resampled(NamedTuple):
 
 def part_length(runs: xr.Dataset) -> float:
     """Length in tau of one of the parts that a run's sums are kept for."""
-    return _duration(first_scene(runs)) / runs.sizes["part"]
+    scene = first_scene(runs)
+    return scene.steps.sample * scene.dt / runs.sizes["part"]
 
 
-def _duration(scene):
-    return scene.steps.sample * scene.dt
-
-
+@taped
 def resampled(
     runs: xr.Dataset, lag: str, members: str, times: str, each: str, sums: str, counts: str,
     reach: float = 1.0,
@@ -147,6 +146,7 @@ def end_to_end(runs: xr.Dataset) -> tuple[Resampled, float]:
     return found, float(runs.end_square.mean())
 
 
+@taped
 def local_slope(time: np.ndarray, value: np.ndarray) -> np.ndarray:
     """d ln g / d ln t at each of (n,) increasing times: a line over a factor `SLOPE_OVER` about it.
 
@@ -154,13 +154,11 @@ def local_slope(time: np.ndarray, value: np.ndarray) -> np.ndarray:
     """
     x, y = np.log(time), np.log(value)
     reach = 0.5 * np.log(SLOPE_OVER) + 1e-9
+    inside = (x - reach >= x[0] - 2e-9) & (x + reach <= x[-1] + 2e-9)
+    near = np.abs(x - x[:, None]) <= reach
     slope = np.full(len(x), np.nan)
-    for k in range(len(x)):
-        if x[k] - reach < x[0] - 2e-9 or x[k] + reach > x[-1] + 2e-9:
-            continue
-        near = np.abs(x - x[k]) <= reach
-        if near.sum() >= 3:
-            slope[k] = exponent(x[near], y[near])
+    for k in np.flatnonzero(inside & (near.sum(axis=1) >= 3)):
+        slope[k] = exponent(x[near[k]], y[near[k]])
     return slope
 
 
@@ -195,20 +193,15 @@ def subdiffusion(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     of inner in the window, which begins and ends at ``first`` and ``last``, ``low`` and ``high``;
     ``lowest``, the smallest local slope; ``beads`` of the longest chain, ``friction`` of the run.
     """
-    points = [_of_chains(sweep.sel({axis: place})) for place in sweep[axis].values]
-    data = xr.Dataset(coords={axis: sweep[axis]})
-    for name, unit in CURVES.items():
-        rows = np.stack(padded([point[name] for point in points]))
-        data[name] = ((axis, "lag"), rows, _named(name, unit))
+    sweep = sweep[[name for name in sweep.data_vars if str(name).startswith(USED)]]
+    points = [_of_chains(sweep.isel({axis: place})) for place in range(sweep.sizes[axis])]
+    data: dict[str, Any] = {}
+    for name, unit in (CURVES | NUMBERS).items():
+        column = padded([np.asarray(point[name]) for point in points])
+        about = {"units": unit, "long_name": name.replace("_", " ")}
+        data[name] = ((axis, "lag")[: 1 + column[0].ndim], np.stack(column), about)
     # Numbered lags: sweeps of other lengths have others, and are filled up where they are joined.
-    data["lag"] = np.arange(data.sizes["lag"])
-    for name, unit in NUMBERS.items():
-        data[name] = (axis, [point[name] for point in points], _named(name, unit))
-    return data
-
-
-def _named(name, unit):
-    return {"units": unit, "long_name": name.replace("_", " ")}
+    return xr.Dataset(data, {axis: sweep[axis], "lag": np.arange(data["time"][1].shape[1])})
 
 
 def _of_chains(at):
@@ -217,7 +210,7 @@ def _of_chains(at):
     scene = first_scene(at)
     low, high = TWO_BONDS * float(at.bond_mean_square.mean()), float(at.gyration_square.mean())
     found = dict.fromkeys(NUMBERS, np.nan) | {
-        "time": inner.time, "low": low, "high": high, "duration": _duration(scene),
+        "time": inner.time, "low": low, "high": high, "duration": scene.steps.sample * scene.dt,
         "box_edge": min(scene.box), "beads": max(scene.lengths),
         "friction": scene.data["thermostat"]["gamma"],
     }  # fmt: skip
@@ -274,11 +267,11 @@ def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
     where the run has them; ``long_enough`` is 1 where ``duration`` of a run is ten tau or more,
     after two or more to settle. ``sweep``: with the axes ``length`` and ``replica``.
     """
-    rows = []
-    for length in sweep.length.values:
-        at = sweep.sel(length=length)
+    sweep, rows = sweep[[name for name in sweep.data_vars if str(name).startswith(USED)]], []
+    for place in range(sweep.sizes["length"]):
+        at = sweep.isel(length=place)
         scene = first_scene(at)
-        duration, before = _duration(scene), scene.steps.equilibrate * scene.dt
+        before, duration = (steps * scene.dt for steps in scene.steps)
         tau, tau_error = relaxation_time(*end_to_end(at))
         enough = duration >= TEN * tau and before >= SETTLED * tau
         constant = later = (np.nan, np.nan)
@@ -291,10 +284,11 @@ def chain_dynamics(sweep: xr.Dataset) -> xr.Dataset:
             if duration < TEN * LATER[1] * tau:
                 later = (np.nan, np.nan)
         rows.append((tau, tau_error, *constant, *later, duration, float(enough)))
-    data = xr.Dataset(coords={"length": sweep.length.astype(float)})
-    for (name, unit), column in zip(DYNAMICS.items(), np.array(rows).T):
-        data[name] = ("length", column, _named(name, unit))
-    return data
+    variables = {
+        name: ("length", column, {"units": unit, "long_name": name.replace("_", " ")})
+        for (name, unit), column in zip(DYNAMICS.items(), np.array(rows).T)
+    }
+    return xr.Dataset(variables, {"length": sweep.length.astype(float)})
 
 
 class Power(NamedTuple):

@@ -1,6 +1,7 @@
 """Means, errors that know about correlation, their degrees of freedom, and fits."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import wraps
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
@@ -45,7 +46,7 @@ class _Tape:
 
     def scattered(self, degrees: Any) -> Any:
         """A factor on an error that has so many degrees of freedom."""
-        many = np.clip(np.nan_to_num(degrees, nan=np.inf), 0.1, 1e9)
+        many = np.fmin(np.maximum(degrees, 0.1), 1e9)
         return np.sqrt(self.rng.chisquare(many) / many)
 
     def call(self, name: str, function: Callable[[], Any]) -> Any:
@@ -110,11 +111,8 @@ def degrees_of(make: Callable[[Callable[[Any], Any]], tuple[R, Errors]]) -> tupl
         made, first = make(np.ones_like)
         for _ in range(DRAWS):
             tape.at = 0
-            try:
-                _, errors = make(tape.scattered)
-            except Exception:
-                continue
-            found.append(errors)
+            with suppress(Exception):  # where errors decide what is calculated
+                found.append(make(tape.scattered)[1])
     finally:
         _tape = None
     degrees = {}
@@ -152,11 +150,12 @@ class Spread(NamedTuple):
 def by_window(x: np.ndarray, reach: float = WINDOW, alike: bool = False) -> Spread:
     """Variance of the mean of a series, (n, ...), n > 1, by its autocorrelation up to one window.
 
-    The window W is the first lag that is ``reach`` times tau (Sokal). To tau comes what a single
-    exponential has beyond it, and 1 + (2 W + 1) / n for subtracting the sample's own mean (Wolff
-    2004, Eq. 49). It is at least 1/4, as noise may be taken back by the next: a floor of 1/2 made
-    errors of white noise a tenth too large. By his Eq. 42 the variance has n / (2 W + 1) degrees of
-    freedom; half a one less as W is found with it (by calibration).
+    It is 2 tau / n times that of the samples. tau = 1/2 + sum of the normalised autocorrelation up
+    to the first lag W that is ``reach`` times tau (Sokal), with what a single exponential has
+    beyond it, times 1 + (2 W + 1) / n for subtracting the sample's own mean (Wolff 2004, Eq. 49),
+    and at least 1/4: a floor of 1/2 made errors of white noise a tenth too large. By his Eq. 42 the
+    variance has n / (2 W + 1) degrees of freedom; half a one less as W is found with it (by
+    calibration).
 
     ``alike``: whether the last axis counts replicas, of one variance and correlation.
     """
@@ -234,6 +233,7 @@ def block_mean_and_error(blocks: npt.ArrayLike, alike: bool = False) -> tuple[Va
     return mean, np.where(x.std(axis=0) <= ROUNDING * np.abs(x).max(axis=0), 0.0, error)
 
 
+@taped
 def correlation_time(series: npt.ArrayLike) -> float:
     """Integrated autocorrelation time in samples of an (n,) series, or of (n, replicas) alike.
 
@@ -263,35 +263,27 @@ def independent_mean_and_error(samples: npt.ArrayLike) -> tuple[Values, Values]:
     return mean, x.std(axis=-1, ddof=1) / np.sqrt(n) * widening(n - 1)
 
 
-class Trend(NamedTuple):
-    """A linear trend."""
-
-    slope: float
-    error: float
-    spread: float  # about that line
-
-
-def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> Trend:
-    """Linear trend of a correlated (n,) series, per unit of time.
+def trend(time: npt.ArrayLike, series: npt.ArrayLike) -> tuple[float, float, float]:
+    """Slope of a correlated (n,) series per unit of time, its error, and the spread about the line.
 
     The error is by the correlation of what is left from the line, 0 if that is rounding. NaN for
     fewer than three samples, or where one is missing.
     """
     t, x = np.asarray(time, dtype=float), np.asarray(series, dtype=float)
     if len(x) < 3 or not np.isfinite(x).all():
-        return Trend(np.nan, np.nan, np.nan)
+        return np.nan, np.nan, np.nan
     t = t - t.mean()
     slope = t @ x / (t @ t)
     rest = x - x.mean() - slope * t
     spread = np.sqrt(rest @ rest / (len(x) - 2))
     if spread <= ROUNDING * np.abs(x).max():
-        return Trend(float(slope), 0.0, float(spread))
+        return float(slope), 0.0, float(spread)
     error = spread / np.sqrt(t @ t)
     if len(x) < FEW:
-        return Trend(float(slope), float(error * widening(len(x) - 2)), float(spread))
+        return float(slope), float(error * widening(len(x) - 2)), float(spread)
     found = spread_of_mean(rest)
     error *= np.sqrt(found.variance * len(x) / rest.var(ddof=1)) * widening(found.degrees)
-    return Trend(float(slope), float(error) if found.times >= TOO_SHORT else np.nan, float(spread))
+    return float(slope), float(error) if found.times >= TOO_SHORT else np.nan, float(spread)
 
 
 @taped
@@ -394,15 +386,8 @@ def linear_fit(basis: npt.ArrayLike, y: npt.ArrayLike, error: npt.ArrayLike | No
     return Fit(values, factor * spread, quality, degrees)
 
 
-class Interval(NamedTuple):
-    """Ends of a 95 % interval of the mean count."""
-
-    low: np.ndarray
-    high: np.ndarray
-
-
-def interval(count: npt.ArrayLike) -> Interval:
-    """95 % interval of the mean of a Poisson distribution, given one number drawn from it.
+def interval(count: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the 95 % interval of the mean of a Poisson distribution, of which one count is known.
 
     F. Garwood, Biometrika 28, 437 (1936). Where none is seen there is no lower end, and the upper
     one has all 5 %; so means between 3.0 and 3.7 are covered a little less often, by 94 %.
@@ -411,4 +396,4 @@ def interval(count: npt.ArrayLike) -> Interval:
 
     count = np.asarray(count, dtype=float)
     low = np.where(count > 0, gammaincinv(np.maximum(count, 1), 0.025), 0)
-    return Interval(low, np.where(count > 0, gammaincinv(count + 1, 0.975), NONE_SEEN))
+    return low, np.where(count > 0, gammaincinv(count + 1, 0.975), NONE_SEEN)

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import block_mean_and_error, over_replicas
+from dpd.analysis.statistics import block_mean_and_error, over_replicas, taped
 from dpd.errors import UserError, suggestion
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import changed
@@ -18,7 +18,6 @@ AROUND = 0.15  # r_c on either side of a peak, for the cubic through it
 TURNS, CLOSE = 50, 1e-7  # of the fit about its own maximum, until that moves by less, in r_c
 LEAST_BINS = 8  # that a cubic is laid through
 SHARE = 2 / 3  # of the way from a peak to a kink of g(r): as far as a cubic may reach
-CONTACT_BEADS = 20_000  # in whose configurations closest contacts are defined
 DIGITS = 6  # of a derived value: rounding must not make runs anew
 
 
@@ -57,38 +56,13 @@ def contact(r: np.ndarray, g: np.ndarray) -> float:
     return r[seen[0]] - 0.5 * (r[1] - r[0]) if len(seen) else np.nan
 
 
-class Contact(NamedTuple):
-    """The distance of closest contact, its standard error, and why it is none, if so."""
-
-    value: float
-    error: float
-    undecided: str
-    bin: float  # that distance as one reads it off g(r), to the width of a bin
-
-
-def closest_contact(at: xr.Dataset) -> Contact:
-    """2 r_0 in r_c, of Liu et al. 2008: how close beads come in one configuration.
-
-    The `contact` of one configuration, median over configurations, as of grouped data: within a
-    bin, distances are taken as uniform. It depends on the number of beads, which is the paper's,
-    20 000. Its error is that of a mean of normal values times sqrt(pi / 2), and of counts if all
-    lie in one bin.
+@taped
+def contacts(at: xr.Dataset) -> np.ndarray:
+    """(configurations,) array: the `contact` of each, in r_c.
 
     ``at``: one point of a collected sweep with ``rdf``, a block for each configuration.
     """
-    r = at.r.values
-    width = r[1] - r[0]
-    found = np.array([contact(r, block) for block in blocks_of(at.rdf)])
-    _, of_mean = block_mean_and_error(found)
-    error = np.hypot(np.sqrt(np.pi / 2) * of_mean, width / np.sqrt(4 * len(found)))
-    middle = np.median(found)
-    below, inside = np.mean(found < middle - width / 4), np.mean(abs(found - middle) < width / 4)
-    # No value is inside where the median of an even number lies between two bins.
-    value = middle + width * ((0.5 - below) / inside - 0.5) if inside else middle
-    beads, undecided = int(at.beads.max()), ""
-    if beads != CONTACT_BEADS:
-        undecided = f"2 r_0 is of {CONTACT_BEADS} beads, these runs have {beads}"
-    return Contact(float(value), float(error), undecided, float(middle))
+    return np.array([contact(at.r.values, block) for block in blocks_of(at.rdf)])
 
 
 def derive(sweep: Any, sources: Mapping[str, xr.Dataset]) -> Any:
@@ -127,7 +101,7 @@ def _measured(at, quantity):
                 f"observe.rdf.every: {samples} configurations in {at.sizes['block']} blocks; "
                 "closest_contact looks at single ones: sample at most that many"
             )
-        return closest_contact(at).bin  # as the paper reads it
+        return float(np.median(contacts(at)))  # 2 r_0, as Liu et al. 2008 read it
     numbers = [name for name in at.data_vars if not at[name].dims]
     if quantity not in numbers:
         raise UserError(f"no number {quantity!r} is calculated; {suggestion(quantity, numbers)}")
@@ -165,18 +139,13 @@ def on_flank(x: np.ndarray, y: np.ndarray, left: int, right: int, level: float) 
     return float(x[left] + (level - y0) / (y1 - y0) * (x[right] - x[left]))
 
 
-class RadialDistribution(NamedTuple):
-    """g(r) of the replicas of one point of a collected sweep, its error, and its blocks."""
+def radial_distribution(runs: xr.Dataset) -> tuple[Any, Any, np.ndarray]:
+    """g(r) of the runs with ``rdf`` at one point of a collected sweep, (bins,), its error, blocks.
 
-    g: Any  # (bins,)
-    error: Any
-    blocks: np.ndarray  # (blocks, bins)
-
-
-def radial_distribution(runs: xr.Dataset) -> RadialDistribution:
-    """g(r) of the runs with ``rdf`` at one point of a collected sweep."""
+    Blocks are a (blocks, bins) array.
+    """
     blocks = blocks_of(runs.rdf)
-    return RadialDistribution(*block_mean_and_error(blocks), blocks)
+    return *block_mean_and_error(blocks), blocks
 
 
 def blocks_of(variable: xr.DataArray, since: float = 0.0) -> np.ndarray:
@@ -185,9 +154,9 @@ def blocks_of(variable: xr.DataArray, since: float = 0.0) -> np.ndarray:
     ``variable``: with the dimensions replica and block, or block_18 or the like where observables
     of a run differ in their number. ``since``: share of them that is left out at the beginning.
     """
-    axis = next(name for name in variable.dims if str(name).startswith("block"))
-    late = variable.isel({axis: slice(int(since * variable.sizes[axis]), None)})
-    blocks = late.stack(part=("replica", axis)).transpose("part", ...).values
+    dims = [str(name)[:5] for name in variable.dims]
+    blocks = np.moveaxis(variable.values, (dims.index("repli"), dims.index("block")), (0, 1))
+    blocks = blocks[:, int(since * blocks.shape[1]) :].reshape(-1, *blocks.shape[2:])
     return blocks[np.isfinite(blocks).all(axis=tuple(range(1, blocks.ndim)))]
 
 

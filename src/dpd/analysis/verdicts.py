@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from dpd.digest import paper_folder, shortened
 from dpd.errors import UserError, suggestion
+from dpd.folders import paper_folder, shortened
 from dpd.page import Refusals, Section, setting
 from dpd.scene.yaml import read_section, read_yaml
 
@@ -26,13 +26,6 @@ COLUMNS = [
     "verdict", "note",
 ]  # fmt: skip
 REPLICATED, DEVIATES, NOT_REACHED = "replicated", "deviates", "not reached at this scale"
-SIMULATED, CLOSED_FORM, CHECK = "simulated", "closed form", "check"
-VERDICTS = (REPLICATED, DEVIATES, NOT_REACHED)
-KINDS = {
-    SIMULATED: "a number or claim that the paper prints, held against simulation",
-    CLOSED_FORM: "a number that the paper prints, held against a formula; nothing is simulated",
-    CHECK: "our own check; the paper prints no such number",
-}
 AGREE = 2.0  # combined standard errors
 
 
@@ -101,15 +94,14 @@ class Shown(dict):
         self.paper, self.figure = paper, figure
 
     def __missing__(self, name):
-        file, known = published_file(self.paper), published(self.paper)
+        known, figure = published(self.paper), self.figure
+        text = f"{figure} shows {name!r}, which is not there; {suggestion(name, known)}"
         if name in known:
-            raise UserError(
-                f"{file}: {name}: {self.figure} shows it; write 'shown_in: [{self.figure}]' there, "
-                "so that the figure is drawn again when the number changes"
+            text = (
+                f"{name}: {figure} shows it; write 'shown_in: [{figure}]' there, so that the "
+                "figure is drawn again when the number changes"
             )
-        raise UserError(
-            f"{file}: {self.figure} shows {name!r}, which is not there; {suggestion(name, known)}"
-        )
+        raise UserError(f"{published_file(self.paper)}: {text}")
 
 
 def figure_path(paper: str, figure: str) -> Path:
@@ -212,10 +204,9 @@ def _judge_range(limits, measured):
     if abs(outside) < reach:
         reason = "two standard errors reach across a limit of the range"
         return Judgement(NOT_REACHED, outside / measured.error, reach, reason)
-    deviation = max(outside, 0.0)
-    if deviation:
-        deviation = deviation / measured.error if measured.error else np.inf
-    return Judgement(DEVIATES if outside > 0 else REPLICATED, deviation, reach)
+    if outside <= 0:
+        return Judgement(REPLICATED, 0.0, reach)
+    return Judgement(DEVIATES, outside / measured.error if measured.error else np.inf, reach)
 
 
 def _judge_value(entry, measured):
@@ -253,8 +244,7 @@ def rows(
     import pandas as pd  # the Snakefile, which reads published numbers, does without
 
     entries = {k: e for k, e in published(paper).items() if e["figure"] == figure}
-    unknown = set(measured) - set(entries)
-    if unknown:
+    if unknown := set(measured) - set(entries):
         raise UserError(f"{published_file(paper)}: {figure} measures {sorted(unknown)}, not listed")
     table = []
     for name, entry in entries.items():
@@ -264,8 +254,7 @@ def rows(
         found = judge(entry, ours)
         bound = "an upper bound, at 95 %" if ours.bound else ""
         notes = [entry.get("note"), bound, ours.note, found.reason]
-        printed = {"kind": SIMULATED, "limits": "text", "rounding": np.nan, "rival": np.nan} | entry
-        table.append(printed | {
+        table.append({"kind": "simulated", "limits": "text"} | entry | {
             "paper": paper,
             "published": entry.get("value", _range_text(entry.get("range"))),
             "published_error": entry.get("error", np.nan),

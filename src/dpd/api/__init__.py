@@ -1,7 +1,5 @@
 """What people use from Python: runs, sweeps and results."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -14,29 +12,27 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FunctionType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 import yaml
 
 from dpd import files
 from dpd.analysis import collect
-from dpd.digest import PACKAGE
 from dpd.errors import FAILED, Occupied, Stopped, UserError, shown
-from dpd.own import measures, refuse_to_run
+from dpd.folders import PACKAGE
 from dpd.page import Observable
+from dpd.page.own import measures, refuse_to_run
+from dpd.pipeline.paths import run_file
+from dpd.pipeline.sweep import Sweep, SweepFile, SweptAxis, fixed, unfold
 from dpd.runs import Progress
 from dpd.runs import run as running
 from dpd.runs.result import is_made, result_there
 from dpd.runs.run import WARNING, Options, whole
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
-from dpd.scene.yaml import read_yaml
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from dpd.pipeline.sweep import Sweep
+from dpd.scene.yaml import read_section, read_yaml
 
 CHECKPOINT_EVERY = 60.0  # s of wall clock
 
@@ -126,7 +122,7 @@ def extend(
     >>> short = dpd.run(fluid, output="short.nc", progress=False)
     >>> longer = dpd.extend("short.nc", sample=100, output="longer.nc", progress=False)
     >>> short.time.size, longer.time.size
-    (100, 125)
+    (40, 50)
     """
     longer = Path(path if output is None else output)
     with keyboard_interrupt():
@@ -222,8 +218,6 @@ def sweep(
     >>> dict(found.pressure.sizes)
     {'repulsion.A A': 2, 'replica': 2}
     """
-    from dpd.pipeline.paths import run_file
-
     planned = _planned(as_scene(scene, observe, pages), axes, whole("replicas", replicas))
     threads = Options(threads).threads
     if processes is None:
@@ -240,17 +234,12 @@ def sweep(
             _refuse_other(folder / "sweep.nc", planned)
         _run_all(missing, threads, overwrite, workers, progress)
         data = collect.collect(planned, paths, any_version=True)
-        # Last configurations are for those who go on from a run.
-        data = data.drop_vars([name for name in data.variables if str(name).startswith("last_")])
         if output is not None:
             collect.save(data, folder / "sweep.nc")
     return data
 
 
 def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int) -> Sweep:
-    from dpd.pipeline.sweep import SweepFile, SweptAxis, fixed, unfold
-    from dpd.scene.yaml import read_section
-
     key = f"{fixed(scene).where}: sweep"
     described = {}
     for name, values in plain(axes).items():
@@ -285,10 +274,7 @@ def _refuse_other(path: Path, planned: Sweep) -> None:
 
 
 def _run_all(points, threads, overwrite, workers, progress):
-    """Run points of a sweep, each as `python -m dpd run`; say what failed once all have ended.
-
-    Python's own pool would need a guard of ``__main__``, and could not keep states when stopped.
-    """
+    """Run points of a sweep by `python -m dpd run`: a pool would need a guard of ``__main__``."""
     at_work: set[subprocess.Popen] = set()
     python = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
     command = [sys.executable, "-P", "-m", "dpd", "run", "--threads", str(threads)]

@@ -1,7 +1,5 @@
 """A system that runs step by step, and is changed and looked at in between."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time
@@ -9,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from dpd import files
 from dpd.api import as_scene, keyboard_interrupt, load, plain, refuse_more_files, warn
@@ -20,7 +19,7 @@ from dpd.engine.loop import arrays_of, counts_from, run
 from dpd.errors import LostRun, UserError, suggestion
 from dpd.observe.common.bins import ThermalMotion
 from dpd.observe.common.measured import EVERY, observables
-from dpd.observe.common.snapshot import snapshot_of
+from dpd.observe.common.snapshot import Snapshot, snapshot_of
 from dpd.runs import Progress
 from dpd.runs.auto import settle
 from dpd.runs.result import go_on_from, write_result
@@ -28,11 +27,6 @@ from dpd.runs.run import Options, stop_on, whole
 from dpd.scene.scene import Scene, enter
 from dpd.start.common.files import begin
 from dpd.start.common.make import make_start, system_of
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from dpd.observe.common.snapshot import Snapshot
 
 ROOM = 10**6  # steps of sampling of a scene that does not say how many: intervals are shorter
 
@@ -58,7 +52,7 @@ class Simulation:
     (True, 12.0)
     >>> run = sim.result()
     >>> run.kT.size, float(run.time[-1].round(6))
-    (75, 8.0)
+    (30, 8.0)
     >>> sim.save("hotter.nc")  # for dpd.load, dpd.extend and dpd.draw
     """
 

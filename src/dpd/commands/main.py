@@ -1,7 +1,5 @@
 """`dpd COMMAND ...`: the parser, and how a command ends."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 from argparse import ArgumentParser
@@ -24,7 +22,7 @@ def new_parser(arguments: Sequence[str] = ()) -> ArgumentParser:
     )  # fmt: skip
     parser.add_argument("--version", action="version", version=f"dpd-papers {dpd.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND", prog=called())
-    for name in [asked] if asked in COMMANDS else sorted(COMMANDS, key=_room, reverse=True):
+    for name in [asked] if asked in COMMANDS else COMMANDS:
         command = COMMANDS[name]
         said = command.function.__doc__ or ""
         added = commands.add_parser(name, description=said, help=said.partition("\n")[0])
@@ -34,16 +32,8 @@ def new_parser(arguments: Sequence[str] = ()) -> ArgumentParser:
     return parser
 
 
-def _room(name):
-    return COMMANDS[name].function.__module__  # of users' commands it is the last
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command, by default that of this process; return the exit code.
-
-    That is 0 once the result is there, also if who reads the output has left; 1 for what the user
-    can mend; 128 and the number of the signal that ended it.
-    """
+    """Run one command; return 0, 1 for what a user can mend, or 128 and the number of a signal."""
     arguments = sys.argv[1:] if arguments is None else arguments
     options = new_parser(arguments).parse_args(arguments)
     function, _, output = options.command

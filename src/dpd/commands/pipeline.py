@@ -1,7 +1,5 @@
 """Commands of papers and studies: what rules call, and what people ask before and after a study."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import sys
@@ -9,14 +7,10 @@ import traceback
 from argparse import Namespace
 from collections.abc import Collection
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from dpd.commands import CHECKPOINTS, THREADS, command, option, options_of, positive
-from dpd.digest import ROOT, shortened
 from dpd.errors import FAILED, Stopped, UserError, suggestion
-
-if TYPE_CHECKING:
-    from dpd.pipeline.sweep import Sweep
+from dpd.folders import ROOT, shortened
 
 DATA = option(
     "--data", type=Path, nargs="*", default=[], metavar="FILE",
@@ -40,16 +34,21 @@ def plan(options: Namespace) -> None:
     papers = [read_paper(name, config["study"]) for name in config["papers"]]
     if options.cores < 1:
         raise UserError(f"--cores: {options.cores} is out of range; allowed: >= 1")
-    print(as_text(plan(papers, config["study"]), options.cores))
+    print(as_text(plan(papers, config["study"], config["batch"]), options.cores))
 
 
 @command()
 def bench(options: Namespace) -> None:
     """Measure the engine's speed, beside LAMMPS if installed."""
-    if not (ROOT / "benchmarks" / "measure.py").is_file():
-        raise UserError("speed is measured in a clone of the repository: change into one")
+    _of_clone("benchmarks.measure").bench()
+
+
+def _of_clone(name):
+    """A module of the repository that is not installed with the package."""
+    if not (ROOT / f"{name.replace('.', '/')}.py").is_file():
+        raise UserError("this command is for a clone of the repository: change into one")
     sys.path.insert(0, str(ROOT))
-    importlib.import_module("benchmarks.measure").bench()
+    return importlib.import_module(name)
 
 
 @command(
@@ -59,9 +58,9 @@ def bench(options: Namespace) -> None:
 )  # fmt: skip
 def compile_(options: Namespace) -> None:
     """Compile what a study needs."""
+    from dpd.digests import kernels_name
     from dpd.pipeline.jobs import compile_for
     from dpd.pipeline.paper import read_paper
-    from dpd.sources import kernels_name
 
     papers = [read_paper(paper, options.study) for paper in options.papers]
     sweeps = [sweep for paper in papers for sweep in paper.sweeps.values()]
@@ -93,7 +92,7 @@ def start(options: Namespace) -> None:
         write_start(scene, options.output, progress)
 
 
-def _sweep(options: Namespace, calculated: bool = False) -> Sweep:
+def _sweep(options, calculated=False):
     """The sweep that a command is about, with what other sweeps have measured for it."""
     from dpd.pipeline.paper import read_paper
 
@@ -269,7 +268,5 @@ def redraw(options: Namespace) -> None:
 @command()
 def readme(options: Namespace) -> None:
     """Write README.md's tables, the pages in config and those of papers."""
-    from dpd.report.documents import write_pages
-
-    for path in write_pages():
+    for path in _of_clone("docs.pages").write_pages():
         print(f"written: {path}")

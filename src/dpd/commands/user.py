@@ -1,7 +1,5 @@
 """Commands for a scene of one's own: from an example to a picture."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import time
@@ -39,8 +37,8 @@ PAGE = option(
 )  # fmt: skip
 def new(options: Namespace) -> None:
     """Write an example scene to begin with, or list all."""
-    from dpd.digest import PACKAGE
     from dpd.files import check_output
+    from dpd.folders import PACKAGE
 
     if options.paper is not None:
         _new_paper(options.paper, options.overwrite)
@@ -62,20 +60,20 @@ def new(options: Namespace) -> None:
 
 def _new_paper(name, overwrite):
     """The example paper under another name."""
-    from dpd.digest import PAPERS_DIR, ROOT, shortened
+    from dpd.folders import PAPERS_DIR, ROOT, shortened
     from dpd.pipeline.paper import check_name, check_repository
 
     check_repository()
     check_name("papers", name)
     papers, figures = ROOT / "config" / "papers", ROOT / "paper_figures"
-    to, beside = (PAPERS_DIR, PAPERS_DIR) if PAPERS_DIR else (papers, figures)
+    to, figures_to = (PAPERS_DIR, PAPERS_DIR) if PAPERS_DIR else (papers, figures)
     if name == "example":
         raise UserError(f"--paper: {name!r} is what is copied; take another name")
     _, title, rest = (papers / "example.yaml").read_text().partition("title:")
     written = {to / f"{name}.yaml": (title + rest).replace("/example/", f"/{name}/")}
     for path in sorted((figures / "example").iterdir()):
         if path.is_file():
-            written[beside / name / path.name] = path.read_text()
+            written[figures_to / name / path.name] = path.read_text()
     _write(written, overwrite)
     print("\n".join(shortened(path) for path in written))
     where = f" papers_dir={shlex.quote(str(PAPERS_DIR))}" if PAPERS_DIR else ""
@@ -90,6 +88,16 @@ def _write(written, overwrite):
         refuse_to_replace(path)
     for path, text in written.items():
         replace_whole(path, partial(Path.write_text, data=text))
+
+
+def _output_for(given, suffix, options):
+    """The output, if not named that beside what is given, which is not replaced unasked."""
+    from dpd.files import refuse_to_replace
+
+    path = options.output or Path(given).with_suffix(suffix)
+    if not (options.output or options.overwrite):
+        refuse_to_replace(path)
+    return path
 
 
 @command(
@@ -195,12 +203,9 @@ def draw(options: Namespace) -> None:
     LAMMPS data; or the density fields of a run.nc, as slices or surfaces. Movies and other views:
     OVITO opens the .gsd of a run, ParaView the .vti that 'convert' writes.
     """
-    from dpd.files import refuse_to_replace
     from dpd.report.draw import draw_file
 
-    path = options.output or Path(options.file).with_suffix(".png")
-    if not (options.output or options.overwrite):  # nobody has named the picture
-        refuse_to_replace(path)
+    path = _output_for(options.file, ".png", options)
     own = ("command", "file", "output", "overwrite")
     choices = {k: value for k, value in vars(options).items() if k not in own and value is not None}
     draw_file(options.file, path, **choices)
@@ -221,13 +226,11 @@ def report(options: Namespace) -> None:
 
     Of a study the report, from the figures that are made so far.
     """
-    from dpd.files import check_output, refuse_to_replace
+    from dpd.files import check_output
 
-    output = options.output or Path(options.of).with_suffix(".html")
+    output = _output_for(options.of, ".html", options)
     check_output(output, ".html")
     if options.of.endswith(".nc"):
-        if not (options.output or options.overwrite):  # nobody has named the page
-            refuse_to_replace(output)
         from dpd.report.run_page import write_run_page
 
         write_run_page(Path(options.of), output)
@@ -312,7 +315,7 @@ def schema(options: Namespace) -> None:
 
 def _pages(options):
     """The pages of the files that are named."""
-    from dpd.own import load
+    from dpd.page.own import load
 
     return {k: v for page in options.page for k, v in load(page.absolute(), "--page")[0].items()}
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import uint32
 
+from dpd.engine.neighbours import PAIRS_AT_ONCE
 from dpd.engine.rows import flat, of_bead, of_bead_or_one
-from dpd.engine.search import PAIRS_AT_ONCE
 from dpd.engine.state import System
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined

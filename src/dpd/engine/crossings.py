@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dpd.engine.neighbours import SMALLEST_CELL, sorted_beads
+from dpd.engine.measure import SMALLEST_CELL, sorted_beads
+from dpd.engine.neighbours import first_place, near_pairs
 from dpd.engine.rows import nearest_image, rows_of
-from dpd.engine.search import first_place, next_pairs
 from dpd.engine.space import edges_of, nearest, wrapped
 from dpd.errors import UserError
 from dpd.jit import inlined, kernel
@@ -46,7 +46,7 @@ def _crossing(found, middles, halves, members, reach):
     pairs, number, bonds, total = search.pairs, middles.bead, len(middles.bead), 0
     at = first_place()
     while at.slot < bonds:
-        at, n = next_pairs(at, bonds, middles.ordered, search, reach)
+        at, n = near_pairs(at, bonds, middles.ordered, search, reach)
         for p in range(n):
             i, j = number[pairs.i[p]], number[pairs.j[p]]
             x, y = pairs.separation[0, p], pairs.separation[1, p]
@@ -207,7 +207,7 @@ def _passed(found, middles, known, radius, members, owner, reach):
     pairs, pieces, total = search.pairs, len(middles.bead), 0
     at = first_place()
     while at.slot < pieces:
-        at, n = next_pairs(at, pieces, middles.ordered, search, reach)
+        at, n = near_pairs(at, pieces, middles.ordered, search, reach)
         for s in range(n):
             i, j, apart = pairs.i[s], pairs.j[s], pairs.separation
             x = apart[0, s], apart[1, s], apart[2, s]

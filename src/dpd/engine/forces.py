@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import uint32, uint64
 
-from dpd.engine.rows import difference_along, nearest_images, of_pair, push_apart, velocity_seen
+from dpd.engine import rows
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS, OF_PAIRS, System
 from dpd.engine.threads import BATCHES, next_task
 from dpd.jit import inlined
@@ -49,14 +49,14 @@ def gather_friction(pairs, n, v, beads, friction, edges, slide, keys):
     i, j, separation, low, high = pairs.i, pairs.j, pairs.separation, pairs.low, pairs.high
     approach, theta = pairs.approach, pairs.theta
     for p in range(n):
-        approach[p] = difference_along(v, i[p], j[p], separation, p, edges)
+        one, other = i[p], j[p]
+        approach[p] = rows.difference_along(v, one, other, separation, p, edges)
+        a, b = beads.identity[one], beads.identity[other]
+        low[p], high[p] = min(a, b), max(a, b)
     if slide is not None:  # and the flow between the two
         for p in range(n):
             apart = separation[slide.flow, p] * separation[slide.gradient, p]
             approach[p] += slide.rate * apart
-    for p in range(n):
-        a, b = beads.identity[i[p]], beads.identity[j[p]]
-        low[p], high[p] = min(a, b), max(a, b)
     if friction.gaussian:
         gaussian_noise(theta, low, high, n, keys)
     else:
@@ -68,7 +68,7 @@ def gather_friction(pairs, n, v, beads, friction, edges, slide, keys):
 def share_friction(pairs, n, species, shares):
     """Make gamma_ij and sigma_ij^2 of each pair its share of theirs."""
     for p in range(n):
-        share = of_pair(shares, species, pairs.i[p], pairs.j[p])
+        share = rows.of_pair(shares, species, pairs.i[p], pairs.j[p])
         pairs.approach[p] *= share
         pairs.theta[p] *= np.sqrt(share)
 
@@ -106,7 +106,7 @@ def add_pair_forces(f, pairs, n, species, pair, many_body, friction, edges):
         r2 = CLOSEST
         for k in range(len(edges)):
             r2 += separation[k, p] * separation[k, p]
-        inverse = 1.0 / np.sqrt(r2)
+        inverse = rows.inverse_root(r2)
         r = r2 * inverse
         w = max(0.0, 1.0 - r)
         a = pair.repulsion[0, 0] if species is None else repulsion[p]
@@ -115,7 +115,7 @@ def add_pair_forces(f, pairs, n, species, pair, many_body, friction, edges):
         force_over_r[p] = inverse * (conservative + thermal)
         weight_over_r[p] = w * inverse
     for p in range(n):
-        push_apart(f, i[p], j[p], force_over_r[p], separation, p, edges)
+        rows.push_apart(f, i[p], j[p], force_over_r[p], separation, p, edges)
 
 
 @inlined()
@@ -129,7 +129,7 @@ def measure_pairs(virial, sums, pairs, n, species, pair, many_body, edges):
         r2 = CLOSEST
         for k in range(len(edges)):
             r2 += pairs.separation[k, p] * pairs.separation[k, p]
-        inverse = 1.0 / np.sqrt(r2)
+        inverse = rows.inverse_root(r2)
         r = r2 * inverse
         w = max(0.0, 1.0 - r)
         a = pair.repulsion[0, 0] if species is None else pairs.repulsion[p]
@@ -162,7 +162,7 @@ def cache_pairs(cached, count, pairs, n, species, edges):
         ends[0, end + p] = pairs.i[p]
         ends[1, end + p] = pairs.j[p]
     for p in range(n):
-        weight = of_pair(cached.root, species, pairs.i[p], pairs.j[p]) * pairs.weight_over_r[p]
+        weight = rows.of_pair(cached.root, species, pairs.i[p], pairs.j[p]) * pairs.weight_over_r[p]
         for k in range(len(edges)):
             drag[k, end + p] = weight * pairs.separation[k, p]
     return np.int64(end + n)
@@ -181,7 +181,7 @@ def add_some(plan, beads, force, shared, own, n, task, count, now):
         add_densities(shared.density, pairs, n, many_body, edges)
         return count
     gather_crowds(pairs, n, shared.density)
-    v = velocity_seen(beads.velocity, beads.predicted)
+    v = rows.velocity_seen(beads.velocity, beads.predicted)
     gather_friction(pairs, n, v, beads, friction, edges, plan.slide, now.keys)
     add_pair_forces(force, pairs, n, species, pair, many_body, friction, edges)
     if now.measure:
@@ -295,7 +295,7 @@ def gather(arms, bonded, task, x, slot, outer, edges, slide):
     for b in range(n):
         for k in range(len(edges)):
             apart[k, b] = x[i[b], k] - x[j[b], k]
-    nearest_images(apart, n, edges, slide)
+    rows.nearest_images(apart, n, edges, slide)
     return begin, n
 
 
@@ -316,7 +316,7 @@ def add_bonds(f, x, slot, bonds, task, arms, virial, sums, measure, edges, slide
     for b in range(n):
         over_r[b] = force_over_r(law_of(bonds.law, first + b), length(apart, b, edges))
     for b in range(n):
-        push_apart(f, arms.i[b], arms.j[b], over_r[b], apart, b, edges)
+        rows.push_apart(f, arms.i[b], arms.j[b], over_r[b], apart, b, edges)
     if measure:
         for b in range(n):
             sums[OF_BONDS] += energy(law_of(bonds.law, first + b), length(apart, b, edges))
@@ -394,8 +394,8 @@ def add_angles(f, x, slot, angles, task, arms, others, virial, sums, measure, ed
         if measure:
             sums[OF_BONDS] += energy(law_of(law, first + a), at.theta)
     for a in range(n):
-        push_apart(f, arms.i[a], arms.j[a], 1.0, push_i, a, edges)
-        push_apart(f, others.i[a], others.j[a], 1.0, push_k, a, edges)
+        rows.push_apart(f, arms.i[a], arms.j[a], 1.0, push_i, a, edges)
+        rows.push_apart(f, others.i[a], others.j[a], 1.0, push_k, a, edges)
     if measure:
         for a in range(n):
             for k in range(len(edges)):

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine.beads import renew_bath, renew_wall_friction
+from dpd.engine.neighbours import PAIRS_AT_ONCE
 from dpd.engine.rows import difference_along, flat, of_bead, push_apart, share_of_pair
-from dpd.engine.search import PAIRS_AT_ONCE
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
 from dpd.physics.common.forces import change

@@ -1,251 +1,353 @@
-"""Pairs of beads for measurements, found with any cutoff; density waves, and displacements."""
+"""Pairs of beads closer than a cutoff, found stretch by stretch of a row of cells.
 
-from collections.abc import Sequence
+A stretch is some cells of a row that hold about five beads. They and the cells ahead of them are
+copied into one line, each at the image that is near, and each bead of the stretch is compared with
+what follows it there: many at a time, in single precision, as far as the cutoff and what rounding
+may take off. Separations are then taken from the positions themselves. What is found beyond the
+cutoff so feels no force; observables have it left out.
+"""
+
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numba import int64, uint32, uint64
 
-from dpd.engine import space
-from dpd.engine.rows import empty_rows, rows_of
-from dpd.engine.search import (
-    Search,
-    first_place,
-    line_buffers,
-    longest_line,
-    next_pairs,
-    pair_buffers,
-)
-from dpd.engine.state import State
-from dpd.engine.threads import Share
-from dpd.jit import inlined, kernel
+from dpd.engine import rows
+from dpd.engine.space import IMAGE, Cells, Grid, Slide, boxes_along
+from dpd.engine.threads import BLOCKS, next_task
+from dpd.jit import WIDE, inlined
 
-SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
-CUTOFF = 1.0
-CHUNK = 256  # beads that are worked on together: their waves along each axis stay in cache
-
-
-class Sorted(NamedTuple):
-    """Positions as they were given and sorted by cell, the bead in each slot, and a search."""
-
-    x: np.ndarray
-    ordered: np.ndarray
-    bead: np.ndarray
-    search: Search
+U0, U1, FULL = np.uint64(0), np.uint64(1), np.uint64(rows.LANES)
+PAIRS_AT_ONCE = np.uint64(256)  # pairs that are worked on together: their buffers stay in cache
+CANDIDATES = np.uint64(256)  # of a bead that are looked at together: whole words
+WORD = np.uint64(64)  # candidates that leave their bits in one word
+AT_ONCE = np.uint64(4)  # bits that are read off without a look whether there are more
+TOGETHER = 5  # beads in a stretch, about, and cells, at most
+GROUP = np.uint64(4)  # stretches that are lined up before any is searched: stores take their time
+ENOUGH = np.uint64(1024)  # places on a line after which no stretch is added to it
+ROUNDING = 1e-6  # of the largest edge and the cutoff: what single precision takes off a distance
+FAR = np.float32(1e6)  # r_c; where the fillers at the end of a stretch are
+OF_SLOT = np.uint32((1 << IMAGE) - 1)
+FIRST, SLOT, AFTER, LAST = 0, 1, 2, 3  # see `Line`
 
 
-def sorted_beads(position: np.ndarray, box: Sequence[float], cutoff: float) -> Sorted:
-    """Positions inside the box, to be searched for pairs nearer than a cutoff in r_c."""
-    x, edges, grid = rows_of(position), space.edges_of(box), space.grid_of(box, cutoff)
-    ordered, bead, slide = empty_rows(*x.shape), np.empty(len(x), np.uint32), space.slide_of(box)
-    cells = space.cell_buffers(grid, len(x), 1)
-    _sort(x, ordered, bead, cells, grid.shape, edges, slide)
-    line = line_buffers(grid, int(longest_line(cells.most, grid.base)))
-    return Sorted(
-        x, ordered, bead, Search(cells, grid, line, pair_buffers(len(edges)), edges, slide)
+class Pairs(NamedTuple):
+    """Buffers for some pairs: not rows of one array, which the compiler would take to overlap."""
+
+    # (size,) uint32: slots of the two beads
+    i: np.ndarray
+    j: np.ndarray
+    separation: np.ndarray  # (dimension, size): r_i - r_j at the nearest image
+    # (size,): what the forces need, and find
+    repulsion: np.ndarray  # a_ij
+    approach: np.ndarray  # r_ij . v_ij
+    theta: np.ndarray  # a random number
+    crowd: np.ndarray  # sum of both local densities; before, what the pair adds to each
+    force_over_r: np.ndarray
+    conservative_over_r: np.ndarray  # where it is measured
+    weight_over_r: np.ndarray
+    # (size,) uint32: the smaller and the larger of the two identities
+    low: np.ndarray
+    high: np.ndarray
+
+
+class Line(NamedTuple):
+    """Some stretches of a row, each with the cells ahead of it."""
+
+    position: np.ndarray  # (dimension, size) float32
+    slot: np.ndarray  # (size,) uint32: where each bead is stored, and above that its image
+    # (`GROUP`, 4) uint64: place and slot of the first bead of each stretch, the slot after its last
+    # one, and the place after all that is lined up with it
+    stretch: np.ndarray
+
+
+class Place(NamedTuple):
+    """How far a search has come."""
+
+    slot: int  # of the next bead
+    candidate: int  # its next one, if it had some before
+    cell: int  # that is lined up next
+    # stretches that are done, and that are on the line
+    done: int
+    lined: int
+
+
+class Search(NamedTuple):
+    """What a search for pairs works with."""
+
+    cells: Cells  # filled by a sort
+    grid: Grid  # with edges not below the cutoff of the search
+    line: Line  # left alone between calls of `next_pairs`
+    pairs: Pairs  # those found last
+    edges: tuple
+    slide: Slide | None = None
+
+
+def pair_buffers(dimension: int) -> Pairs:
+    size = int(PAIRS_AT_ONCE + CANDIDATES + FULL)
+    slots = {name: np.empty(size, np.uint32) for name in ("i", "j", "low", "high")}
+    numbers = {name: np.empty(size) for name in Pairs._fields if name not in slots}
+    return Pairs(**numbers | slots | {"separation": np.empty((dimension, size))})
+
+
+def line_buffers(grid: Grid, size: int) -> Line:
+    return Line(
+        np.empty((len(grid.shape), size), np.float32),
+        np.empty(size, np.uint32),
+        np.empty((int(GROUP), 4), np.uint64),
     )
 
 
-@kernel()
-def _sort(x, ordered, bead, cells, shape, edges, slide):
-    start, level, cell, along, place, free, most = cells
-    mine = Share(np.uint64(0), np.uint64(len(bead)))
-    space.count_cells(x, mine, cell, along, free[0], edges, shape, slide)
-    space.share_cells(start, free, most, shape[len(edges) - 1])
-    space.find_places(place, level, mine, cell, along, free[0])
-    space.move_rows(x, ordered, mine, place, edges)
-    for i in range(mine.first, mine.end):
-        bead[place[i]] = np.uint32(i)
-
-
-def pair_histogram(
-    position: np.ndarray, box: Sequence[float], farthest: float, bins: int,
-    species: np.ndarray | None = None,
-) -> np.ndarray:  # fmt: skip
-    """(bins,) array: pairs by distance, in equal bins up to ``farthest``, each counted once.
-
-    With species (species, species, bins): those of unlike beads stand on either side of the
-    diagonal. Positions, (dimension, n), are inside the box; ``farthest`` is at most half its
-    smallest edge.
-    """
-    beads = sorted_beads(position, box, max(farthest, SMALLEST_CELL))
-    place = np.empty(beads.search.pairs.i.size, np.uint32)
-    if species is None:
-        counts = np.zeros((1, 1, bins + 1), np.int64)
-        _histogram(counts.ravel(), place, beads, None, farthest, bins)
-    else:
-        kinds = species[beads.bead].astype(np.uint32)
-        count = int(kinds.max(initial=0)) + 1
-        counts = np.zeros((count, count, bins + 1), np.int64)
-        rows = kinds * np.uint32(count * (bins + 1)), kinds * np.uint32(bins + 1)
-        _histogram(counts.ravel(), place, beads, rows, farthest, bins)
-    counts[..., bins - 1] += counts[..., bins]  # rounding may reach the end
-    found = counts[..., :bins].astype(float)
-    if species is None:
-        return found[0, 0]
-    return found + np.where(np.eye(count)[..., None], 0.0, found.swapaxes(0, 1))
-
-
-@kernel()
-def _histogram(counts, place, beads, rows, farthest, bins):
-    """Find the bins of some pairs, which makes a vector loop, then count."""
-    search, separation = beads.search, beads.search.pairs.separation
-    scale = bins / farthest
-    at = first_place()
-    while at.slot < len(beads.bead):
-        at, n = next_pairs(at, len(beads.bead), beads.ordered, search, farthest)
-        for p in range(n):
-            r2 = 0.0
-            for k in range(len(search.edges)):
-                r2 += separation[k, p] * separation[k, p]
-            place[p] = np.uint32(np.int32(np.sqrt(r2) * scale))
-        if rows is not None:
-            for p in range(n):
-                place[p] += rows[0][search.pairs.i[p]] + rows[1][search.pairs.j[p]]
-        for p in range(n):
-            counts[place[p]] += 1
-
-
-def near_by_species(state: State, box: Sequence[float], count: int) -> np.ndarray:
-    """(2, species, species) array: numbers of pairs within the cutoff, and their (1 - r)^2 summed.
-
-    Both are symmetric: those of unlike beads stand on either side of the diagonal.
-    """
-    beads, sums = sorted_beads(state.position, box, CUTOFF), np.zeros((2, count, count))
-    kinds = np.zeros(len(beads.bead), np.uint8) if state.species is None else state.species
-    _by_species(sums, beads, kinds[beads.bead])
-    return sums + sums.swapaxes(1, 2) * ~np.eye(count, dtype=bool)
-
-
-@kernel()
-def _by_species(sums, beads, species):
-    pairs, edges = beads.search.pairs, beads.search.edges
-    at = first_place()
-    while at.slot < len(beads.bead):
-        at, n = next_pairs(at, len(beads.bead), beads.ordered, beads.search, CUTOFF)
-        for p in range(n):
-            r2 = 0.0
-            for k in range(len(edges)):
-                r2 += pairs.separation[k, p] * pairs.separation[k, p]
-            w = 1.0 - np.sqrt(r2)
-            one, other = species[pairs.i[p]], species[pairs.j[p]]
-            sums[0, one, other] += 1.0
-            sums[1, one, other] += w * w
-
-
-def density_waves(
-    position: np.ndarray, box: Sequence[float], begins: np.ndarray, numbers: np.ndarray
-) -> np.ndarray:
-    """(2, species, waves): real and negative imaginary part of rho(q) = sum_j exp(-i q r_j).
-
-    Positions, (dimension, n), are species after species; ``begins`` has the first bead of each
-    and the number of all; ``numbers``, (waves, dimension), are the whole m of q = 2 pi m / L.
-    Waves that differ in the last axis alone, and follow each other, share half of the work.
-    """
-    share, most = position / np.array(box)[:, None], int(np.abs(numbers).max(initial=0))
-    # A row for each head, all axes but the last, with the place of the wave of each last number.
-    differs = (np.diff(numbers[:, :-1], axis=0, prepend=most + 1) != 0).any(axis=1)
-    place = np.full((differs.sum(), 2 * most + 1), -1)
-    place[np.cumsum(differs) - 1, numbers[:, -1] + most] = np.arange(len(numbers))
-    found = np.zeros((2, len(begins) - 1, len(numbers)))
-    waves = np.empty((2, len(box), most + 1, CHUNK))
-    _add_waves(found, share, begins, numbers[differs], place, *waves, np.empty((2, CHUNK)))
-    return found
-
-
-@kernel()
-def _add_waves(found, share, begins, heads, place, cosine, sine, head):
-    last, most = len(share) - 1, cosine.shape[1] - 1
-    for species in range(len(begins) - 1):
-        for first in range(begins[species], begins[species + 1], CHUNK):
-            n = min(CHUNK, begins[species + 1] - first)
-            _waves_along_axes(share, first, n, cosine, sine)
-            for row in range(len(heads)):
-                _put_head(head, heads[row], n, cosine, sine)
-                for m in range(most + 1):
-                    up, down = place[row, most + m], place[row, most - m]
-                    if up < 0 and down < 0:
-                        continue
-                    rc, rs, ic, js = 0.0, 0.0, 0.0, 0.0
-                    for p in range(n):
-                        c, s = cosine[last, m, p], sine[last, m, p]
-                        rc += head[0, p] * c
-                        rs += head[0, p] * s
-                        ic += head[1, p] * c
-                        js += head[1, p] * s
-                    if up >= 0:
-                        found[0, species, up] += rc - js
-                        found[1, species, up] += ic + rs
-                    if down >= 0 and m > 0:
-                        found[0, species, down] += rc + js
-                        found[1, species, down] += ic - rs
+@inlined()
+def longest_line(most, grid):
+    """Places on a line at most, after a sort, with what is written beyond its end."""
+    cells = grid.base.shape[1] * (min(TOGETHER, grid.shape[len(grid.shape) - 1]) + 2)
+    return cells * most[0] + int64(ENOUGH + FULL + FULL)
 
 
 @inlined()
-def _waves_along_axes(share, first, n, cosine, sine):
-    """cos and sin of 2 pi m x / L of some beads, for each axis and each m from 0 on."""
-    for k in range(len(share)):
-        for p in range(n):
-            angle = 2.0 * np.pi * share[k, first + p]
-            cosine[k, 0, p], sine[k, 0, p] = 1.0, 0.0
-            if cosine.shape[1] > 1:
-                cosine[k, 1, p], sine[k, 1, p] = np.cos(angle), np.sin(angle)
-        for m in range(2, cosine.shape[1]):  # by halves, so that rounding hardly adds up
-            a, b = m // 2, m - m // 2
-            for p in range(n):
-                cosine[k, m, p] = cosine[k, a, p] * cosine[k, b, p] - sine[k, a, p] * sine[k, b, p]
-                sine[k, m, p] = sine[k, a, p] * cosine[k, b, p] + cosine[k, a, p] * sine[k, b, p]
+def move_along(move, image, k, slide):
+    """What brings a bead to an image along an axis."""
+    if slide is None or k != slide.flow:
+        return move[image, k]
+    return move[image, k] + slide.tilt[0] * move[image, slide.gradient]
 
 
 @inlined()
-def _put_head(head, number, n, cosine, sine):
-    """The product of the waves along all axes but the last."""
+def append(begin, end, image, n, search):
+    """Add slots ``begin`` to ``end``, at an image, to a line of ``n``; return how many it has."""
+    line, first, last = search.line, uint64(begin), uint64(end)
+    more, at = n + (last - first), n
+    while True:  # mostly once
+        for k in range(len(search.edges)):
+            by = np.float32(move_along(search.grid.move, image, k, search.slide))
+            rows.copy_lanes(line.position[k], at, search.cells.single[k], first, by)
+        rows.count_lanes(line.slot, at, uint32(first | uint64(image) << uint64(IMAGE)), uint32(1))
+        at += FULL
+        first += FULL
+        if first >= last:
+            return more
+
+
+@inlined()
+def append_stretch(cell, row, level, width, n, search):
+    """Add the beads of some cells, and those of the cells ahead; return how many the line has."""
+    start, base, image = search.cells.start, search.grid.base, search.grid.image
+    levels, ahead = search.grid.shape[len(search.edges) - 1], base.shape[1]
+    low, high = max(level - 1, 0), min(level + width + 1, levels)
+    n = append(start[cell], start[base[row, 0] + high], image[row, 0], n, search)
+    for r in range(1, ahead):
+        n = append(start[base[row, r] + low], start[base[row, r] + high], image[row, r], n, search)
+    if level == 0:  # the last level once more before the first, but that of the row itself
+        for r in range(1, ahead):
+            end = base[row, r] + levels
+            n = append(start[end - 1], start[end], image[row, r] - 1, n, search)
+    if level + width == levels:  # the first after the last
+        for r in range(ahead):
+            first = base[row, r]
+            n = append(start[first], start[first + 1], image[row, r] + 1, n, search)
+    for t in range(FULL):
+        search.line.position[0, n + t] = FAR
+    return n
+
+
+@inlined()
+def line_up(slot, end, cell, search):
+    """Fill the line from a cell on; return the next cell, and how many stretches there are."""
+    start, grid, stretch = search.cells.start, search.grid, search.line.stretch
+    levels = grid.shape[len(search.edges) - 1]
+    mean = (search.cells.single.shape[1] - rows.LANES) / (len(start) - 1)
+    together = min(max(int64(TOGETHER / mean + 0.5), 1), TOGETHER)
+    row, level, n, lined = cell // levels, cell % levels, U0, U0
+    while lined < GROUP and n < ENOUGH and slot < end:
+        width = min(together, levels - level)
+        after = uint64(start[cell + width])
+        if after > slot:
+            stretch[lined, FIRST], stretch[lined, SLOT], stretch[lined, AFTER] = n, slot, after
+            n = append_stretch(cell, row, level, width, n, search)
+            stretch[lined, LAST] = n
+            n += FULL
+            lined += U1
+            slot = after
+        cell += width
+        level += width
+        if level == levels:
+            row, level = row + 1, 0
+    return cell, lined
+
+
+@inlined()
+def find_partners(bead, begin, end, limit, line, found, n, edges):
+    """Add those from ``begin`` to ``end`` of the line that are near to ``n`` found; return those.
+
+    Where there is no instruction for that, each leaves a bit; bits are read off some at a time, as
+    one branch for each would often be foreseen wrongly.
+    """
+    position, slot = line.position, line.slot
+    if WIDE:
+        for t in range(begin, end, FULL):
+            bits = rows.near(position, edges, bead, t, limit)
+            rows.pack(found, n, slot, t, bits)
+            n += rows.popcount(bits)
+        return n
+    for first in range(begin, end, WORD):
+        bits = U0
+        for t in range(U0, min(WORD, end - first), FULL):
+            bits |= rows.near(position, edges, bead, first + t, limit) << t
+        at, count = n, rows.popcount(bits)
+        while bits != U0:
+            for t in range(AT_ONCE):
+                found[at + t] = slot[first + rows.lowest(bits)]
+                bits &= uint64(bits - U1)
+            at += AT_ONCE
+        n += count
+    return n
+
+
+@inlined()
+def first_place():
+    return Place(U0, U0, int64(0), U0, U0)
+
+
+@inlined()
+def place_of_piece(piece, pieces, start, levels):
+    """Where a search through one piece of a block begins, and the slot at which it ends."""
+    first, end = pieces[piece, 0] * levels, pieces[piece, 1] * levels
+    return Place(uint64(start[first]), U0, int64(first), U0, U0), uint64(start[end])
+
+
+@inlined()
+def next_pairs(at, end, x, search, cutoff):
+    """Find some more pairs closer than the cutoff, or hardly further, up to the slot ``end``.
+
+    There a row ends. Positions are sorted by cell, inside the box. Return where to go on, and how
+    many were found: `PAIRS_AT_ONCE` or some more, or all that were left.
+    """
+    line, pairs, edges = search.line, search.pairs, search.edges
+    largest = cutoff
+    for k in range(len(edges)):
+        largest = max(largest, edges[k])
+    limit = np.float32((cutoff + ROUNDING * (largest + cutoff)) ** 2)
+    slot, candidate, cell, done, lined = at
+    n, stop = U0, uint64(end)
+    while n < PAIRS_AT_ONCE and slot < stop:
+        if done == lined:
+            cell, lined = line_up(slot, stop, cell, search)
+            done = U0
+        first, after = line.stretch[done, SLOT], line.stretch[done, AFTER]
+        place, last = line.stretch[done, FIRST], line.stretch[done, LAST]
+        while n < PAIRS_AT_ONCE and slot < after:
+            bead, before = place + (slot - first), n
+            begin = max(candidate, bead + U1)
+            until = min(begin + CANDIDATES, last)
+            n = find_partners(bead, begin, until, limit, line, pairs.j, n, edges)
+            for t in range(before, n, FULL):
+                rows.count_lanes(pairs.i, t, uint32(slot), uint32(0))
+            candidate = until
+            if until >= last:
+                slot += U1
+                candidate = U0
+        if slot == after:
+            done += U1
+    separate(pairs, n, x, search.grid.move, edges, search.slide)
+    return Place(slot, candidate, cell, done, lined), n
+
+
+@inlined()
+def separate(pairs, n, x, move, edges, slide):
+    """Take slots and images apart, and fill in the separations."""
+    i, j, separation = pairs.i, pairs.j, pairs.separation
     for p in range(n):
-        head[0, p], head[1, p] = 1.0, 0.0
-    for k in range(len(number) - 1):
-        m, sign = abs(number[k]), 1.0 if number[k] >= 0 else -1.0
-        for p in range(n):
-            c, s = cosine[k, m, p], sign * sine[k, m, p]
-            real = head[0, p] * c - head[1, p] * s
-            head[1, p] = head[0, p] * s + head[1, p] * c
-            head[0, p] = real
+        image, s = j[p] >> uint32(IMAGE), j[p] & OF_SLOT
+        rows.apart_to_column(separation, p, x, i[p], s, move, image, edges)
+        if slide is not None:
+            aside = slide.tilt[0] * move[image, slide.gradient] + edges[slide.flow] * (
+                boxes_along(x, i[p], edges, slide) - boxes_along(x, s, edges, slide)
+            )
+            separation[slide.flow, p] -= aside
+        j[p] = s
 
 
-def squared_displacements(now: np.ndarray, then: np.ndarray) -> np.ndarray:
-    """(earlier, points, n): |now - then|^2 of (dimension, points, n) and one more for each time."""
-    found = np.empty((len(then), *now.shape[1:]))
-    _squared_displacements(found, now, then)
-    return found
+@inlined()
+def near_pairs(at, end, x, search, cutoff):
+    """The same with those alone that are closer than the cutoff, as observables want them."""
+    at, n = next_pairs(at, end, x, search, cutoff)
+    i, j, separation, kept = search.pairs.i, search.pairs.j, search.pairs.separation, U0
+    for p in range(n):
+        r2 = 0.0
+        for k in range(len(search.edges)):
+            r2 += separation[k, p] * separation[k, p]
+            separation[k, kept] = separation[k, p]
+        i[kept], j[kept] = i[p], j[p]
+        if r2 < cutoff * cutoff:
+            kept += U1
+    return at, kept
 
 
-# Loops one inside the other in this order vectorise: a tenth of the time of NumPy's temporaries.
-@kernel()
-def _squared_displacements(found, now, then):
-    points, n = found.shape[1:]
-    for i in range(len(then)):
-        for p in range(points):
-            for m in range(n):
-                apart = now[0, p, m] - then[i, 0, p, m]
-                found[i, p, m] = apart * apart
-            for axis in range(1, len(now)):
-                for m in range(n):
-                    apart = now[axis, p, m] - then[i, axis, p, m]
-                    found[i, p, m] += apart * apart
+class Listed(NamedTuple):
+    """Pairs that serve for several steps, of the blocks of one thread."""
+
+    pairs: np.ndarray  # (2, n) uint32: slots
+    block: np.ndarray  # (blocks,) int64: numbers of the blocks
+    # (blocks + 1,) int64: ``end[q]`` pairs are listed before those of the q-th of them
+    end: np.ndarray
+    phase: np.ndarray  # (phases + 1,) int64: ``phase[f]`` of these blocks belong to phases before f
 
 
-@kernel()
-def add_lags(sums, means, found):
-    """Add what was found for each lag, and its mean over molecules.
+def list_buffers(grid: Grid, size: int) -> Listed:
+    blocks, phases = len(grid.blocks.piece) - 1, len(grid.blocks.phase) - 1
+    return Listed(
+        np.empty((2, size), np.uint32),
+        np.empty(blocks, np.int64),
+        np.zeros(blocks + 1, np.int64),
+        np.zeros(phases + 1, np.int64),
+    )
 
-    To ``sums``, (lags, quantities, molecules), and ``means``, (lags, quantities), from the shortest
-    lag on; ``found``, (lags, quantities or 1, molecules), is from the longest on.
+
+@inlined()
+def list_pairs(team, x, search, reach, listed):
+    """Count pairs within ``reach`` in blocks that this thread takes; list them if there is room."""
+    pieces, piece, phases = search.grid.blocks
+    start, levels = search.cells.start, search.grid.shape[len(search.edges) - 1]
+    i, j = search.pairs.i, search.pairs.j
+    pairs, count, total = listed.pairs, 0, 0
+    for phase in range(len(phases) - 1):
+        first, last = phases[phase], phases[phase + 1]
+        block = next_task(team, BLOCKS + phase, first, last)
+        while block < last:
+            for q in range(piece[block], piece[block + 1]):
+                at, end = place_of_piece(q, pieces, start, levels)
+                while at.slot < end:
+                    at, some = next_pairs(at, end, x, search, reach)
+                    n = np.int64(some)
+                    if total + n <= pairs.shape[1]:
+                        for p in range(n):
+                            pairs[0, total + p] = i[p]
+                            pairs[1, total + p] = j[p]
+                    total += n
+            listed.block[count] = block
+            count += 1
+            listed.end[count] = total
+            block = next_task(team, BLOCKS + phase, first, last)
+        listed.phase[phase + 1] = count
+    return total
+
+
+@inlined()
+def listed_pairs(first, end, x, slots, search):
+    """Fill the pairs with some of the list from ``first`` to ``end``; return how many.
+
+    Those in the skin feel no force; to leave them out takes longer than to calculate that.
     """
-    lags, quantities, molecules = sums.shape
-    for lag in range(lags):
-        for quantity in range(quantities):
-            q = min(quantity, found.shape[1] - 1)
-            total = 0.0
-            for m in range(molecules):
-                one = found[lags - 1 - lag, q, m]
-                sums[lag, quantity, m] += one
-                total += one
-            means[lag, quantity] += total / molecules
+    n, start = np.uint64(min(np.int64(PAIRS_AT_ONCE), end - first)), np.uint64(first)
+    i, j, separation = search.pairs.i, search.pairs.j, search.pairs.separation
+    for p in range(n):
+        i[p] = slots[0, start + p]
+        j[p] = slots[1, start + p]
+    for p in range(n):
+        for k in range(len(search.edges)):
+            separation[k, p] = x[i[p], k] - x[j[p], k]
+    rows.nearest_images(separation, n, search.edges, search.slide)
+    return n

@@ -9,8 +9,8 @@ import numpy as np
 from dpd.engine.beads import DEPTH, DRAG, across_of, near_buffers, sampled_buffers
 from dpd.engine.forces import angles_of, bonds_of, buffers_of, cache_buffers
 from dpd.engine.integrate import row_edges, times_of
+from dpd.engine.neighbours import line_buffers, list_buffers, pair_buffers
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
-from dpd.engine.search import line_buffers, list_buffers, pair_buffers
 from dpd.engine.space import cell_buffers, edges_of, grid_of, slide_of, tilted, unfolded, wrapped
 from dpd.engine.state import Beads, State, Sums, System
 from dpd.engine.step import OF_CACHED, OF_LINE, OF_LIST, Own, Plan, Shared, Span, advance

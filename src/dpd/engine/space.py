@@ -30,7 +30,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.rows import copy_row, rows_of
+from dpd.engine.rows import LANES, copy_row, rows_of
+from dpd.errors import UserError
 from dpd.jit import inlined, inlined_exactly
 
 if TYPE_CHECKING:
@@ -151,11 +152,10 @@ def _columns(array, box):
     return np.array(box).reshape(-1, *[1] * (np.ndim(array) - 1))
 
 
-SPARE = 8  # so that loops over the cells of a row may go on to a whole number of vectors
 PHASES = 6  # of blocks, at most; threads count the tasks of each
 FEWEST = 4  # rows in a piece of a layer, if it is not a whole one
 ENOUGH_BLOCKS = 64  # for threads to share; with more to come, blocks get deeper instead
-IN_CELL, IN_ROW = 0, 1
+IMAGE = 27  # bits of a slot; the image of a bead stands above them
 
 
 class Blocks(NamedTuple):
@@ -173,24 +173,23 @@ class Grid(NamedTuple):
     # (rows, ahead) int64: first cell of each row itself and of half of those around it, the ones
     # ahead: one in two dimensions, four in three
     base: np.ndarray
-    # (rows * ahead, width): what brings beads of that row to the near side of a periodic boundary
-    shift: np.ndarray
+    image: np.ndarray  # (rows, ahead) int64: which image of each is near, a row of `move`
+    # (3^dimension, width): what brings beads to an image: -1, 0 or 1 box along each axis, the last
+    # the fastest
+    move: np.ndarray
     blocks: Blocks  # of rows, for threads to share
 
 
 class Cells(NamedTuple):
     """Where beads lie, before and after a sort."""
 
-    # (cells + 1 + `SPARE`,) uint32: first slot of each cell, and the end of the last; what follows
-    # may be read, not used
-    start: np.ndarray
-    level: np.ndarray  # (n,) uint32: level of each bead, sorted
-    # (n,) uint32: of each bead before the sort: its cell, its level, and the slot that it goes to
+    start: np.ndarray  # (cells + 1,) uint32: first slot of each cell, and the end of the last
+    single: np.ndarray  # (dimension, n + LANES) float32: positions, sorted; in the tilted cell
+    # (n,) uint32: of each bead before the sort: its cell, and the slot that it goes to
     cell: np.ndarray
-    along: np.ndarray
     place: np.ndarray
     free: np.ndarray  # (threads, cells) uint32: where each thread puts its next bead of a cell
-    most: np.ndarray  # (2,) int64: most beads `IN_CELL` and `IN_ROW`
+    most: np.ndarray  # (1,) int64: most beads in a cell
 
 
 def grid_of(box: Sequence[float], cutoff: float) -> Grid:
@@ -205,16 +204,16 @@ def grid_of(box: Sequence[float], cutoff: float) -> Grid:
 @lru_cache(maxsize=8)
 def _grid(box, shape):
     """The same, of so many cells; cached, as observables ask for it again and again."""
-    across, edges = np.array(shape[:-1]), np.array(box[:-1])
+    across = np.array(shape[:-1])
     here = np.array(list(product(*map(range, across))))
     around = list(product((-1, 0, 1), repeat=len(across)))
     there = here[:, None] + np.array([offset for offset in around if offset >= (0,) * len(across)])
-    shift = np.zeros((*there.shape[:2], len(box)))
-    shift[..., :-1] = edges * np.floor_divide(there, across)
+    boxes = np.floor_divide(there, across) + 1
+    image = boxes @ 3 ** np.arange(len(across), 0, -1) + 1
+    move = rows_of((np.array(list(product((-1, 0, 1), repeat=len(box)))) * box).T)
     row = np.ravel_multi_index(tuple(np.moveaxis(there % across, -1, 0)), tuple(across))
     blocks = make_blocks(shape[0], len(row) // shape[0])
-    shift = rows_of(shift.reshape(-1, len(box)).T)
-    return Grid(shape, row.astype(np.int64) * shape[-1], shift, blocks)
+    return Grid(shape, row.astype(np.int64) * shape[-1], image, move, blocks)
 
 
 def make_blocks(layers: int, rows: int) -> Blocks:
@@ -245,14 +244,17 @@ def make_blocks(layers: int, rows: int) -> Blocks:
 
 
 def cell_buffers(grid: Grid, beads: int, threads: int) -> Cells:
+    if beads > 1 << IMAGE:
+        raise UserError(f"{beads} beads: at most {1 << IMAGE} can be sorted into cells")
     cells = int(np.prod(grid.shape))
-    level, cell, along, place = (np.empty(beads, np.uint32) for _ in range(4))
     return Cells(
-        np.empty(cells + 1 + SPARE, np.uint32),
-        level, cell, along, place,
+        np.empty(cells + 1, np.uint32),
+        np.zeros((len(grid.shape), beads + LANES), np.float32),
+        np.empty(beads, np.uint32),
+        np.empty(beads, np.uint32),
         np.empty((threads, cells), np.uint32),
-        np.empty(2, np.int64),
-    )  # fmt: skip
+        np.empty(1, np.int64),
+    )
 
 
 @inlined_exactly()
@@ -273,11 +275,11 @@ def along_lattice(x, i, k, edges, slide):
 
 @inlined_exactly()
 def cell_of(x, i, edges, shape, slide):
-    """Number of the cell that holds bead i, and its level.
+    """Number of the cell that holds bead i.
 
     Rounded as written: left free, two copies of the code put a bead on a boundary in two cells.
     """
-    cell, along = 0, 0
+    cell = 0
     for k in range(len(edges)):
         if slide is None:  # asked here, else the compiler does not unroll the loop
             place = x[i, k]
@@ -285,43 +287,37 @@ def cell_of(x, i, edges, shape, slide):
             place = along_lattice(x, i, k, edges, slide)
         along = min(int(place * (shape[k] / edges[k])), shape[k] - 1)
         cell = cell * shape[k] + along
-    return cell, along
+    return cell
 
 
 @inlined()
-def count_cells(x, mine, cell, along, count, edges, shape, slide):
+def count_cells(x, mine, cell, count, edges, shape, slide):
     for c in range(count.shape[0]):
         count[c] = uint32(0)
     for i in range(mine.first, mine.end):
-        number, level = cell_of(x, i, edges, shape, slide)
-        cell[i] = uint32(number)
-        along[i] = uint32(level)
+        cell[i] = uint32(cell_of(x, i, edges, shape, slide))
     for i in range(mine.first, mine.end):
         count[cell[i]] += uint32(1)
 
 
 @inlined()
-def share_cells(start, free, most, levels):
+def share_cells(start, free, most):
     """Turn each thread's counts into where its beads go: after those of threads before it."""
-    total, in_cell, in_row = uint32(0), uint32(0), uint32(0)
-    for row in range(uint64(0), uint64(free.shape[1]), uint64(levels)):
-        before = total
-        for c in range(row, uint64(row + uint64(levels))):
-            start[c] = total
-            for rank in range(free.shape[0]):
-                count = free[rank, c]
-                free[rank, c] = total
-                total = uint32(total + count)
-            in_cell = max(in_cell, uint32(total - start[c]))
-        in_row = max(in_row, uint32(total - before))
+    total, in_cell = uint32(0), uint32(0)
+    for c in range(uint64(free.shape[1])):
+        start[c] = total
+        for rank in range(free.shape[0]):
+            count = free[rank, c]
+            free[rank, c] = total
+            total = uint32(total + count)
+        in_cell = max(in_cell, uint32(total - start[c]))
     start[free.shape[1]] = total
-    most[IN_CELL] = int64(in_cell)
-    most[IN_ROW] = int64(in_row)
+    most[0] = int64(in_cell)
 
 
 @inlined()
-def find_places(place, level, mine, cell, along, free):
-    """Find where each of a thread's beads goes, and note the level of what is there then.
+def find_places(place, mine, cell, free):
+    """Find where each of a thread's beads goes.
 
     The sort is stable, so the order of storage and of sums follows from the state alone.
     """
@@ -329,7 +325,16 @@ def find_places(place, level, mine, cell, along, free):
         s = free[cell[i]]
         free[cell[i]] = uint32(s + uint32(1))
         place[i] = s
-        level[s] = along[i]
+
+
+@inlined()
+def copy_single(single, x, mine, edges, slide):
+    for s in range(mine.first, mine.end):
+        for k in range(len(edges)):
+            single[k, s] = np.float32(x[s, k])
+        if slide is not None:
+            boxes = boxes_along(x, s, edges, slide)
+            single[slide.flow, s] = np.float32(x[s, slide.flow] - edges[slide.flow] * boxes)
 
 
 @inlined()

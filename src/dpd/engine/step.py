@@ -25,11 +25,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dpd.engine import space
 from dpd.engine.beads import Across, Near, Sampled, add_bath, add_body_force, add_walls, take_sample
 from dpd.engine.forces import Arms, Bonded, Cached, add_bonded, add_some, close_phase, find_slots
 from dpd.engine.integrate import Lost, Times, divide_by_masses, drift, finish, first_lost, slide_to
-from dpd.engine.rows import copy_row, farthest_move, velocity_seen
-from dpd.engine.search import (
+from dpd.engine.neighbours import (
     Line,
     Listed,
     Pairs,
@@ -40,7 +40,7 @@ from dpd.engine.search import (
     next_pairs,
     place_of_piece,
 )
-from dpd.engine.space import Cells, Grid, Slide, count_cells, find_places, move_beads, share_cells
+from dpd.engine.rows import copy_row, farthest_move, velocity_seen
 from dpd.engine.threads import BLOCKS, barrier, new_round, next_task, share_of
 from dpd.jit import inlined, kernel
 from dpd.physics.common.forces import Forces
@@ -54,8 +54,8 @@ class Plan(NamedTuple):
     """What stays the same from step to step."""
 
     edges: tuple  # of the box
-    slide: Slide | None
-    grid: Grid  # cells with edges of at least 1 + ``skin``
+    slide: space.Slide | None
+    grid: space.Grid  # cells with edges of at least 1 + ``skin``
     forces: Forces
     bonds: Bonded | None
     angles: Bonded | None
@@ -73,7 +73,7 @@ class Plan(NamedTuple):
 class Shared(NamedTuple):
     """What the threads of a team share."""
 
-    cells: Cells
+    cells: space.Cells
     slot: np.ndarray | None  # (n,) uint32: of each identity, for bonds
     density: np.ndarray | None  # (n,): local densities, for many-body forces
     virial: np.ndarray  # (tasks, 2, dimension, dimension): of batches of bonds, then of blocks
@@ -149,16 +149,17 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         sort_now = span.steps == 0 or farthest(shared.moved) > 0.25 * plan.skin * plan.skin
         if sort_now:
             sort_together(team, beads.position, mine, shared.cells, grid, edges, slide)
-            move_beads(beads, spare, mine, shared.cells.place, edges)
+            space.move_beads(beads, spare, mine, shared.cells.place, edges)
             barrier(team)
             beads, spare = spare, beads
+            space.copy_single(shared.cells.single, beads.position, mine, edges, slide)
             swapped = not swapped
         if sort_now or s == 0:
             find_slots(shared.slot, beads.identity, mine)
         first = s == 0 and not span.listed
         renew_list(team, plan, beads.position, reference, mine, shared, own, sort_now, first)
         if sort_now:
-            need[OF_LINE] = longest_line(shared.cells.most, grid.base)
+            need[OF_LINE] = longest_line(shared.cells.most, grid)
         barrier(team)
         short = is_short(shared.need, room)
         if short:
@@ -198,13 +199,13 @@ def farthest(moved):
 
 @inlined()
 def sort_together(team, x, mine, cells, grid, edges, slide):
-    start, level, cell, along, place, free, most = cells
-    count_cells(x, mine, cell, along, free[team.rank], edges, grid.shape, slide)
+    start, _, cell, place, free, most = cells
+    space.count_cells(x, mine, cell, free[team.rank], edges, grid.shape, slide)
     barrier(team)
     if team.rank == 0:
-        share_cells(start, free, most, grid.shape[len(edges) - 1])
+        space.share_cells(start, free, most)
     barrier(team)
-    find_places(place, level, mine, cell, along, free[team.rank])
+    space.find_places(place, mine, cell, free[team.rank])
 
 
 @inlined()
@@ -226,9 +227,10 @@ def renew_list(team, plan, x, reference, mine, shared, own, sorted_now, first):
             copy_row(reference, i, x, i, plan.edges)
     elif first:  # beads are in the order of the sort then: each goes to its own place
         sort_together(team, reference, mine, cells, plan.grid, plan.edges, plan.slide)
+        space.copy_single(cells.single, reference, mine, plan.edges, plan.slide)
     if sorted_now or first:
         barrier(team)
-        need[OF_LINE] = longest_line(cells.most, plan.grid.base)
+        need[OF_LINE] = longest_line(cells.most, plan.grid)
         if need[OF_LINE] <= own.room[OF_LINE]:
             search = Search(cells, plan.grid, own.line, own.pairs, plan.edges, plan.slide)
             need[OF_LIST] = list_pairs(team, reference, search, 1.0 + plan.skin, own.listed)

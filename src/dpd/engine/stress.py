@@ -6,9 +6,9 @@ import numpy as np
 
 from dpd.engine import forces
 from dpd.engine.forces import CLOSEST
-from dpd.engine.neighbours import Sorted, sorted_beads
+from dpd.engine.measure import Sorted, sorted_beads
+from dpd.engine.neighbours import first_place, near_pairs
 from dpd.engine.rows import of_bead, of_pair, push_apart, rows_of
-from dpd.engine.search import first_place, next_pairs
 from dpd.engine.state import State, System
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
@@ -56,7 +56,7 @@ def _whole(bonded):
 def _add_densities(density, beads, law):
     at = first_place()
     while at.slot < len(beads.bead):
-        at, n = next_pairs(at, len(beads.bead), beads.ordered, beads.search, law.range)
+        at, n = near_pairs(at, len(beads.bead), beads.ordered, beads.search, law.range)
         forces.add_densities(density, beads.search.pairs, n, law, beads.search.edges)
 
 
@@ -93,7 +93,7 @@ def _add_virial(virial, beads, species, acting, slices):
     slot, arms, others = acting.slot, acting.arms, acting.others
     at = first_place()
     while at.slot < n_beads:
-        at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
+        at, n = near_pairs(at, n_beads, beads.ordered, search, 1.0)
         forces.gather_crowds(pairs, n, acting.density)
         for p in range(n):
             pairs.repulsion[p] = of_pair(pair.repulsion, species, pairs.i[p], pairs.j[p])
@@ -227,7 +227,7 @@ def _laplacian(total, slopes, beads, species, acting, walls, virial, sums):
     slot, arms, others, laplacian = acting.slot, acting.arms, acting.others, 0.0
     at = first_place()
     while at.slot < n_beads:
-        at, n = next_pairs(at, n_beads, beads.ordered, search, 1.0)
+        at, n = near_pairs(at, n_beads, beads.ordered, search, 1.0)
         forces.gather_crowds(pairs, n, acting.density)
         for p in range(n):
             i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]

@@ -40,7 +40,7 @@ class PairBondLengths(Binned, key="bond_lengths"):
 
     def measure(self, now: Any) -> Any:
         pairs, pair = self.pairs(now.scene)
-        lengths = [now.bond_lengths[pair == number] for number in np.arange(len(pairs))]
+        lengths = [now.bond_lengths[pair == number] for number in range(len(pairs))]
         return {
             "pair_bond_density": [self.density(each) for each in lengths],
             "pair_bond_mean": [each.mean() for each in lengths],

@@ -9,8 +9,7 @@ class Chains(Observable, key="chains"):
     """Squared radius of gyration and end-to-end distance, for each kind of molecule.
 
     The end-to-end distance is that of linear molecules. If the scene has branched ones, the mean
-    squared distance of their ends is measured as well: the mean over all pairs of beads with a
-    single bond, which for a linear molecule is the same number.
+    over all pairs of ends, which are beads with a single bond, is measured as well.
     """
 
     stands = frozenset(Change)
@@ -39,9 +38,9 @@ class Chains(Observable, key="chains"):
 
 
 def sizes(molecules: np.ndarray, ends: Any = (0, -1)) -> tuple[float, float]:
-    """Mean squared radius of gyration, and distance of the first and last end.
+    """Mean squared radius of gyration, and end-to-end distance, of (dimension, molecules, length).
 
-    Of a (dimension, molecules, length) array, each in one piece; ends are numbers of beads.
+    Molecules are in one piece; ends are numbers of beads.
     """
     spread = molecules - molecules.mean(axis=2, keepdims=True)
     across = molecules[:, :, ends[-1]] - molecules[:, :, ends[0]]
@@ -50,10 +49,8 @@ def sizes(molecules: np.ndarray, ends: Any = (0, -1)) -> tuple[float, float]:
 
 
 def ends_square(ends: np.ndarray) -> float:
-    """Mean squared distance of all pairs of ends, a (dimension, molecules, n) array.
-
-    It is twice that from their common centre, times n / (n - 1).
-    """
+    """Mean squared distance of all pairs of ends, a (dimension, molecules, n) array."""
+    # It is twice that from their common centre, times n / (n - 1).
     n = ends.shape[2]
     spread = ends - ends.mean(axis=2, keepdims=True)
     return float((spread**2).sum(axis=0).mean() * 2 * n / (n - 1))

@@ -17,7 +17,7 @@ class Clusters(Observable, key="clusters"):
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval = 20.0
+    interval, cost = 20.0, 30.0
     gives = {
         "clusters": (("sample",), "1", "number of clusters"),
         "cluster_mean": (("sample",), "1", "number-averaged size of clusters"),

@@ -30,5 +30,5 @@ class Configuration(Observable, key="configuration"):
     def measure(self, now: Any) -> Any:
         from dpd.particles.particles import tilt_factors
 
-        found = {"position": now.coordinates, "box_edges": now.box}
-        return found | {"box_tilt": tilt_factors(now.lattice)}
+        tilt = tilt_factors(now.lattice)
+        return {"position": now.coordinates, "box_edges": now.box, "box_tilt": tilt}

@@ -13,7 +13,7 @@ class Configurational(Observable, key="configurational"):
     """
 
     stands = frozenset(Change)
-    interval = 2.0
+    interval, cost = 2.0, 4.5
     cannot = {
         Change.SLIDES: "is a temperature in equilibrium only",
         Change.FLOWS: "is a temperature in equilibrium only",

@@ -11,13 +11,11 @@ MOST = 8  # pairs of crossing bonds per bond that are kept in mind
 class Crossings(Observable, key="crossings"):
     """Pairs of bonds that cross, over time.
 
-    Where chains cannot pass through each other there is none at any time. ``crossings``
-    counts the pairs at a sample, ``crossings_begun`` those that the sample before did not
-    have.
+    Where chains cannot pass through each other there is none at any time.
     """
 
     stands = frozenset(Change)
-    interval, dimensions, needs_bonds = 0.2, (2,), True
+    interval, cost, dimensions, needs_bonds = 0.2, 25.0, (2,), True
     over = {"sample": ("crossing_sample", "crossing_time")}
     gives = {
         "crossings": (("sample",), "1", "pairs of bonds that cross"),

@@ -19,9 +19,7 @@ def grid_shape(box: tuple[float, ...], spacing: float) -> tuple[int, ...]:
 class DensityField(Observable, key="density_field"):
     """Number density of each species in the cells of a grid, in frames one after the other.
 
-    The density of a cell is the number of beads in it over its volume. A frame is the average of
-    ``average`` looks, ``every`` steps apart. Where the run ends within a frame, that is the average
-    of the looks that it has.
+    A frame is the average of ``average`` looks, ``every`` steps apart; the last one maybe of fewer.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}

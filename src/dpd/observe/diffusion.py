@@ -9,14 +9,13 @@ from dpd.page import Change, Observable
 class Diffusion(Observable, key="diffusion"):
     """D(t) = <|r(t) - r(0)|^2> / (2 dimension t) of beads of each species, and of molecules.
 
-    The time t counts from the first sample. Displacements are those from that one start, relative
-    to the centre of mass of all beads; of a molecule, that of its centre of mass. D(t) tends to the
-    diffusion coefficient where t is long enough for beads to have lost their velocity, and chains
-    to have moved their own size. For an error, see the observable ``displacement``.
+    Displacements are those since the first sample, relative to the centre of mass of all beads; of
+    a molecule, that of its centre of mass. D(t) tends to the diffusion coefficient where chains
+    have moved their own size. For an error, see the observable ``displacement``.
     """
 
-    stands = frozenset(Change) - {Change.PACE}
-    interval, from_first = 1.2, True
+    stands = frozenset(Change) - {Change.VARIES}
+    interval, cost, from_first = 1.2, 5.0, True
     gives = {
         "diffusion_bead": (("sample", "species"), "r_c^2 / tau", "D(t) of beads"),
         "diffusion_molecule": (("sample", "kind"), "r_c^2 / tau", "D(t) of centres of molecules"),

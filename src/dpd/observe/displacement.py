@@ -10,12 +10,11 @@ class Displacement(Observable, key="displacement"):
 
     By multiple-tau correlation, relative to the centre of mass of all beads (`displacements`).
     "Innermost" is the bead in the middle of the longest way through a molecule, two of them for an
-    even number. By default samples are 1.2 tau apart, which resolves how beads diffuse; their free
-    flight before that takes an ``every`` of 0.1 tau or less.
+    even number. Free flight, before beads diffuse, takes an ``every`` of 0.1 tau or less.
     """
 
-    stands = frozenset(Change) - {Change.PACE}
-    interval = 1.2
+    stands = frozenset(Change) - {Change.VARIES}
+    interval, cost = 1.2, 5.0
     compared = "axis", "point", "molecule"
     over = {"lag": ("lag", "lag_time")}
     gives = {
@@ -47,7 +46,7 @@ class Displacement(Observable, key="displacement"):
         return np.concatenate([inner, centres(now, moved)[:, None]], axis=1)
 
     def compare(self, now: np.ndarray, then: np.ndarray) -> np.ndarray:
-        from dpd.engine.neighbours import squared_displacements
+        from dpd.engine.measure import squared_displacements
 
         found = squared_displacements(now, then)
         if found.shape[1] < 3:  # one for both, or one for each
@@ -63,9 +62,8 @@ def followed(scene: Any) -> dict[str, np.ndarray]:
 def displacements(now: Any) -> np.ndarray:
     """(dimension, beads) array: displacements since the first sample, less that of all beads.
 
-    The flow of a shear does not count: the state has the way of each bead along it by itself. At
-    constant pressure places are those in a box that keeps the edges of the first sample, so that to
-    be moved with the box does not count as a motion.
+    The flow of a shear does not count. At constant pressure places are those in a box that keeps
+    the edges of the first sample, so that to be moved with the box does not count as a motion.
     """
     begun, edges, state = now.kept["begun"], now.kept["edges"], now.state
     if now.sample == 0:

@@ -8,11 +8,10 @@ from dpd.page import Change, Observable, Refusals
 class EndToEnd(Observable, key="end_to_end"):
     """Autocorrelation of the end-to-end vector, <R(t) . R(0)> (Nikunen et al. 2007, Fig. 4b).
 
-    By multiple-tau correlation, for each linear molecule of two beads or more. Branched molecules
-    have no such vector and are left out.
+    By multiple-tau correlation, for each linear molecule of two beads or more.
     """
 
-    stands = frozenset(Change) - {Change.PACE}
+    stands = frozenset(Change) - {Change.VARIES}
     needs_bonds = True
     compared = "axis", "chain"
     over = {"lag": ("end_lag", "end_lag_time")}

@@ -14,15 +14,12 @@ class Mixing(Observable, key="mixing"):
     alpha_ab = 1 - n_ab / <n_ab>. Here n_ab of all n pairs of beads within r_c are of the species a
     and b, and <n_ab> = 2 N_a N_b / (N (N - 1)) n are, if the same beads had their species by lot.
     It is below 0 where unlike beads prefer each other. Bonded pairs count as any other, so that
-    blocks of a chain give a little order even where chains are mixed. A sample takes as long as 2
-    to 3 steps, and domains change over many tau.
+    blocks of a chain give a little order even where chains are mixed.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval = 2.0
-    gives = {
-        "short_range_order": (("sample", "unlike_pair"), "1", "0 mixed at random, 1 apart"),
-    }
+    interval, cost = 2.0, 4.5
+    gives = {"short_range_order": (("sample", "unlike_pair"), "1", "0 mixed at random, 1 apart")}
 
     def refuses(self, scene: Any) -> Refusals:
         if len(scene.species) < 2:
@@ -32,7 +29,7 @@ class Mixing(Observable, key="mixing"):
         return {"unlike_pair": species_pairs(scene, combinations(range(len(scene.species)), 2))}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.neighbours import near_by_species
+        from dpd.engine.measure import near_by_species
 
         number = np.bincount(now.scene.kinds, minlength=len(now.scene.species)).astype(float)
         by_lot = 2 * np.outer(number, number) / (now.beads * (now.beads - 1))

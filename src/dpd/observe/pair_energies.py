@@ -10,23 +10,20 @@ class PairEnergies(Observable, key="pair_energies"):
     """Energy of the soft repulsion between the beads of each two species.
 
     Where the repulsion of two species is a, the derivative of the free energy by a is this energy
-    over a. Their sum is the pair energy of `thermo`, unless other forces act between beads. A
-    sample takes as long as 2 to 3 steps.
+    over a. Their sum is the pair energy of `thermo`, unless other forces act between beads.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval = 2.0
+    interval, cost = 2.0, 6.5
     cannot = {Change.JUMPS: "knows the soft repulsion alone"}
-    gives = {
-        "energy_of_pair": (("block", "energy_pair"), "kT", "energy of the soft repulsion"),
-    }
+    gives = {"energy_of_pair": (("block", "energy_pair"), "kT", "energy of the soft repulsion")}
 
     def axes(self, scene: Any) -> Any:
         pairs = np.transpose(np.triu_indices(len(scene.species)))
         return {"energy_pair": species_pairs(scene, pairs)}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.neighbours import near_by_species
+        from dpd.engine.measure import near_by_species
 
         repulsion = now.scene.repulsion
         squares = near_by_species(now.state, now.lattice, len(repulsion))[1]

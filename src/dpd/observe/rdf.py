@@ -5,18 +5,16 @@ import numpy as np
 
 from dpd.errors import UserError
 from dpd.observe.common.bins import Binned, species_pairs
-from dpd.page import Change, Given, Refusals, interval_setting, once, setting
+from dpd.page import Change, Given, Refusals, once, setting
 
-EVERY = 12  # steps for each range^dimension: pairs within it take as long as half a step
+COST = 0.55  # steps of a run that the pairs within each range^dimension take as long as
 
 
 class RadialDistribution(Binned, key="rdf"):
     """g(r) of all beads: the n_k pairs found in a shell over those of an ideal gas.
 
-    A shell of bin k has the volume v_k, and N beads without interaction N (N-1) / 2 v_k / V pairs
-    there: g_k = n_k V / (v_k N (N - 1) / 2). Programs that have N^2 in place of N (N - 1) find
-    less, by a factor 1 - 1/N. Bonded pairs count like any other. At constant pressure V is the
-    volume at each sample.
+    With the volume v_k of a shell, g_k = n_k V / (v_k N (N - 1) / 2). Programs that have N^2 in
+    place of N (N - 1) find less, by a factor 1 - 1/N. Bonded pairs count like any other.
 
     Of two species, N (N - 1) / 2 is N_A N_B, or N_A (N_A - 1) / 2 of one of them: these are the
     weights with which their mean is g(r). A species with a single bead has no g(r) of its own.
@@ -32,18 +30,14 @@ class RadialDistribution(Binned, key="rdf"):
         "rdf_of_pair": (("block", "rdf_pair", "r"), "1", "g(r) of two species"),
     }
 
-    every: int = interval_setting(
-        "Steps between samples. If not given, those of 0.8 tau, or 12 range^dimension if they are "
-        "more, which take a twentieth of the run's time."
-    )
     range: float = setting(
         "Largest distance, at most half the smallest edge.", 3.0, unit="r_c", gt=0
     )
     bin: float = setting("Bin width.", 0.02, unit="r_c", ge=0.0001, le=1)
     species: bool = setting("Whether each pair of species has a g(r) too, `rdf_of_pair`.", False)
 
-    def steps_between(self, scene: Any) -> int:
-        return max(super().steps_between(scene), round(EVERY * self.range**scene.dimension))
+    def cost_in(self, scene: Any) -> float:
+        return COST * float(self.range) ** scene.dimension
 
     def given(self, scene: Any) -> dict[str, Given]:
         found = super().given(scene)
@@ -78,7 +72,7 @@ class RadialDistribution(Binned, key="rdf"):
         return {pair: count for pair, count in found.items() if count}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.neighbours import pair_histogram
+        from dpd.engine.measure import pair_histogram
 
         smallest, edges, scene = min(now.box), self.edges, now.scene
         if self.range > smallest / 2:

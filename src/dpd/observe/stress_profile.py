@@ -16,14 +16,13 @@ class StressProfile(Layered, key="stress_profile"):
     angles act along their two bonds (`dpd.engine.stress.virial_in_slices`). The mean over
     all slices is the tensor of the box. Tangential is the mean over the other axes.
 
-    Where a fluid is at rest, its normal pressure is the same everywhere. Between walls across the
-    axis it falls to zero at the walls: what they do to the beads further in is given apart, and the
-    sum of both is the same everywhere, the force per area on each wall. A sample takes as long as 2
-    to 3 steps, more with thin slices.
+    Between walls across the axis the normal pressure falls to zero: what walls do to the beads
+    further in is given apart, and where a fluid is at rest the sum is the same everywhere, the
+    force per area on each wall.
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval = 4.0
+    interval, cost = 4.0, 19.0
     along = "slice"
     gives = {
         "slice": (("run", "slice"), "r_c", "position along the axis"),

@@ -5,19 +5,15 @@ from typing import Any
 import numpy as np
 
 from dpd.observe.common.bins import species_pairs
-from dpd.page import Change, Observable, Refusals, interval_setting, once, setting
+from dpd.page import Change, Observable, Refusals, once, setting
 
 MOST_WAVES = 5 * 10**5  # wave vectors times pairs of species, each with numbers for 50 blocks
 MOST_SUMS = 10**11  # terms of a sample: minutes for each
-PER_STEP = 280  # wave vectors that are summed over all beads in the time of a step
-SHARE = 0.05  # of the run's time, if the scene does not say how often
+PER_STEP = 50  # wave vectors that are summed over all beads in the time of a step
 
 
 def wave_numbers(box: tuple[float, ...], most: float) -> np.ndarray:
-    """(n, dimension) array of whole numbers m: the wave vectors q = 2 pi m / L up to a length.
-
-    One of each pair q and -q; the last axis changes first.
-    """
+    """(n, dimension) whole numbers m: one of q and -q, q = 2 pi m / L up to a length."""
     axes = [np.arange(-count, count + 1) for count in _farthest(box, most)]
     numbers = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
     numbers = numbers[len(numbers) // 2 + 1 :]  # behind 0 stand the opposites of those before it
@@ -41,9 +37,8 @@ class StructureFactor(Observable, key="structure_factor"):
     single beads has at large q. The factor of all beads, whatever their species, is the sum of
     x_a S_aa and of 2 sqrt(x_a x_b) S_ab over pairs a < b, with the shares x = N_a / N.
 
-    The sums are over beads, without a grid, for every wave vector q = 2 pi m / L of the box up to
-    ``max``. They are kept for each wave vector, and averaged over shells of |q|: shell k reaches
-    from k - 1/2 to k + 1/2 times 2 pi over the longest edge.
+    For every wave vector q = 2 pi m / L of the box up to ``max``, and averaged over shells of |q|:
+    shell k reaches from k - 1/2 to k + 1/2 times 2 pi over the longest edge.
     """
 
     stands = frozenset(Change) - {Change.SLIDES, Change.ENDS}
@@ -54,19 +49,15 @@ class StructureFactor(Observable, key="structure_factor"):
         "structure_factor_wave": (("block", "species_pair", "wave"), "1", "at each wave vector"),
     }
 
-    every: int = interval_setting(
-        "Steps between samples. If not given, those of 6 tau, or as many as keep it to a twentieth "
-        "of the run's time."
-    )
     max: float = setting(
         "Largest length of a wave vector; the work grows with its third power (in two dimensions, "
         "its square) times volume and beads.", 4.0, unit="1 / r_c", gt=0, le=1000,
     )  # fmt: skip
 
-    def steps_between(self, scene: Any) -> int:
+    def cost_in(self, scene: Any) -> float:
         half_ball = {2: math.pi / 2, 3: 2 * math.pi / 3}[scene.dimension]
         waves = half_ball * math.prod(self.max * edge / (2 * math.pi) for edge in scene.box)
-        return max(super().steps_between(scene), round(waves / PER_STEP / SHARE))
+        return waves / PER_STEP
 
     @once
     def waves(self, scene: Any) -> np.ndarray:
@@ -109,7 +100,7 @@ class StructureFactor(Observable, key="structure_factor"):
             yield "max", f"{text}; allowed: <= {allowed} vectors. Take a smaller max"
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.neighbours import density_waves
+        from dpd.engine.measure import density_waves
 
         scene, (shell, members) = now.scene, self.shells(now.scene)
         counts = np.bincount(scene.kinds, minlength=len(scene.species))

@@ -5,6 +5,7 @@ import numpy as np
 from dpd.observe.common.bins import PRESSURE, ThermalMotion
 from dpd.page import Change, Given, Observable, setting
 
+TENSOR = ("sample", "axis", "axis2")
 WITHOUT_FORCES = ("kT", "momentum", "volume")
 
 
@@ -19,8 +20,8 @@ class Thermo(Observable, key="thermo"):
         P   = (sum_i m_i c_i c_i + sum r_ij F_ij) / V
 
     In a closed fluid kT is sum m (v - v_c)^2 / (dimension (N - 1)). A third of the trace of P is
-    N kT / V and the virial: it is -dF/dV, as N beads have N free places whatever their momentum.
-    (Their flux of momentum, which other programs print, is kT / V less.) P is given with the
+    -dF/dV, as N beads have N free places whatever their momentum. (Their flux of momentum, which
+    other programs print, is kT / V less.) P is given with the
     conservative force in the virial and with all forces (Eq. 15, second and first line). Where
     something drives a flow, its profile takes the place of v_c, and the number of its coefficients
     that of l_a (`dpd.observe.common.bins`); the total energy alone holds the flow. The angular
@@ -40,19 +41,15 @@ class Thermo(Observable, key="thermo"):
         "volume": (("sample",), "r_c^dimension", "volume of the box"),
         "excess_conservative": (("sample",), PRESSURE, "excess pressure, conservative virial"),
         "excess_all": (("sample",), PRESSURE, "excess pressure, virial of all forces"),
-        "pressure_tensor": (
-            ("sample", "axis", "axis2"), PRESSURE, "pressure tensor, conservative forces",
-        ),
-        "pressure_tensor_all": (
-            ("sample", "axis", "axis2"), PRESSURE, "pressure tensor, all forces",
-        ),
+        "pressure_tensor": (TENSOR, PRESSURE, "pressure tensor, conservative forces"),
+        "pressure_tensor_all": (TENSOR, PRESSURE, "pressure tensor, all forces"),
         "pair_energy": (("sample",), "kT", "pair energy"),
         "bond_energy": (("sample",), "kT", "bond energy"),
         "total_energy": (("sample",), "kT", "kinetic, pair, bond and wall energy"),
         "pressure": (("sample",), PRESSURE, "pressure, conservative virial"),
         "wall_energy": (("sample",), "kT", "energy of beads at walls"),
         "shear_stress": (("sample",), PRESSURE, "shear stress, virial of all forces"),
-    }  # fmt: skip
+    }
     only_with = {
         "volume": Change.STRETCHES, "wall_energy": Change.ENDS, "shear_stress": Change.SLIDES,
     }  # fmt: skip
@@ -65,6 +62,11 @@ class Thermo(Observable, key="thermo"):
     @property
     def needs_forces(self) -> bool:  # type: ignore[override]
         return self.pressure
+
+    def cost_in(self, scene: Any) -> float:
+        if not self.pressure:
+            return 0.2
+        return 0.7 if Change.FLOWS in scene.made else 0.5  # there sums are kept apart
 
     def given(self, scene: Any) -> dict[str, Given]:
         found = super().given(scene)

@@ -19,9 +19,7 @@ class Trace(Observable, key="trace"):
         Change.STRETCHES: "cannot follow a molecule in a box that changes",
     }
     over = {"sample": ("moment", "trace_time")}
-    gives = {
-        "trace": (("sample", "axis", "monomer"), "r_c", "positions of the first molecule"),
-    }
+    gives = {"trace": (("sample", "axis", "monomer"), "r_c", "positions of the first molecule")}
 
     def axes(self, scene: Any) -> Any:
         return {"monomer": len(scene.molecules[0].beads)}

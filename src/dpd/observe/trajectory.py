@@ -9,13 +9,13 @@ from dpd.page import Change, Observable, once, setting
 class Trajectory(Observable, key="trajectory"):
     """Positions, images and velocities of beads, appended to ``run.gsd`` in single precision.
 
-    Position plus image times the vectors of the box goes on where a bead leaves the box, and has
-    every molecule in one piece. Each frame holds the time in tau since the run began, dt and the kT
-    of the thermostat as ``log/time``, ``log/dt`` and ``log/kT``, and the number of the molecule of
-    each bead as its body, which MDAnalysis takes for that of its residue.
+    Position plus image times the vectors of the box has every molecule in one piece. Each frame
+    holds ``log/time``, in tau since the run began, ``log/dt`` and ``log/kT``, and the number of the
+    molecule of each bead as its body, which MDAnalysis takes for that of its residue.
     """
 
     stands = frozenset(Change)
+    cost = 10.0
     suffix = ".gsd"
 
     species: list[str] | None = setting(
@@ -54,14 +54,14 @@ class Trajectory(Observable, key="trajectory"):
 
     def measure(self, now: Any) -> Any:
         from dpd.particles.gsd_files import frame_of
-        from dpd.particles.particles import of_scene, only
+        from dpd.particles.particles import of_scene
 
         if now.file is None:
             return {}
         scene, state = now.scene, now.state
         velocity = state.by_identity(state.velocity) if self.velocities else None
         beads = of_scene(scene, now.lattice, now.coordinates, state.image, velocity, state.step)
-        frame = frame_of(only(beads, self.written(scene)), np.float32)
+        frame = frame_of(beads.only(self.written(scene)), np.float32)
         frame.particles.body = self.molecule(scene)
         said = {"time": now.time, "dt": now.system.dt, "kT": now.system.kT}
         frame.log = {name: np.array([value]) for name, value in said.items()}

@@ -12,8 +12,7 @@ class VelocityProfile(Layered, key="velocity_profile"):
 
     The temperature of a layer is <m (v - u)^2> / dimension, with u the mean velocity of its beads
     in the whole run, weighted by mass, for the degrees of freedom that conserved momentum leaves.
-    Across the gradient of a shear the velocity is that in the laboratory; across other axes, that
-    about the flow. A layer in which no bead was has neither.
+    Across the gradient of a shear the velocity is that in the laboratory, else that about the flow.
     """
 
     stands = frozenset(Change)

@@ -14,7 +14,7 @@ class WallForces(Observable, key="walls"):
     """
 
     stands = frozenset(Change) - {Change.SLIDES}
-    interval, of_sums, needs_forces = 0.16, True, True
+    interval, cost, of_sums, needs_forces = 0.16, 0.7, True, True
     over = {"sample": ("wall_sample", "wall_time")}
     gives = {
         "wall_pressure": (("sample", "wall"), PRESSURE, "force on each wall per area"),

@@ -1,23 +1,18 @@
 """What pages of all kinds have in common: settings, their tables, changes, the registry."""
 
-from __future__ import annotations
-
 import importlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar
 
 # To look for plugins of pydantic among all installed packages takes 8 ms.
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator
 
-from dpd.digest import PACKAGE
 from dpd.errors import shown, suggestion
-
-if TYPE_CHECKING:
-    import numpy as np
+from dpd.folders import PACKAGE
 
 Refusals = Iterator[tuple[str, str]]  # a key inside of its settings, or none, and what is wrong
 
@@ -34,7 +29,7 @@ class Change(Enum):
     ENDS = "takes the fluid to repeat along every axis"
     FLOWS = "holds in equilibrium only"
     JUMPS = "needs a force without jumps"
-    PACE = "needs steps of one length while it samples"
+    VARIES = "needs steps of one length while it samples"
 
 
 # --- settings
@@ -126,7 +121,7 @@ class Page(Section):
     bare: ClassVar[str] = ""  # setting that the section stands for, if it is no table of settings
     stands: ClassVar[frozenset[Change]] = frozenset()  # changes that it was made for
     cannot: ClassVar[Mapping[Change, str]] = {}  # why not, where `Change` does not say it best
-    _pages: ClassVar[dict[str, type[Page]]]
+    _pages: ClassVar[dict[str, type["Page"]]]
 
     @classmethod
     def why_not(cls, change: Change) -> str:
@@ -165,18 +160,18 @@ class Page(Section):
         super().__init_subclass__(**options)
         if key:
             cls.key = key
-        if key and cls.__module__ == f"{cls.package}.{key}":  # others belong to the scene's files
-            cls._pages[key] = cls
 
     @classmethod
     def __pydantic_init_subclass__(cls, key: str = "", **options: Any) -> None:
-        """Pydantic hands on the words of the class line, all of which are used by now."""
+        """Register a page that has all its settings by now: other threads may look for it."""
+        if key and cls.__module__ == f"{cls.package}.{key}":  # others belong to the scene's files
+            cls._pages[key] = cls
 
 
 class Quantity(NamedTuple):
     """A calculated number or array; what has the name of its only dimension is a coordinate."""
 
-    value: float | np.ndarray
+    value: Any
     units: str
     long_name: str
     dims: tuple[str, ...] = ()
@@ -250,10 +245,9 @@ def check_table(
     table: Mapping[str, Any], scene: Any, there: Iterable[tuple[str, ...]],
     example: float | str = "...",
 ) -> Refusals:  # fmt: skip
-    """Names of species, pairs or triples that there are not, two values of one, those without any.
+    """Names that are not ``there``, two values of one, those without any.
 
-    All ``there`` are in their lesser direction. The example is a usual value, or '' where values
-    may be left out.
+    The example is a usual value, or '' where values may be left out.
     """
     there, species, wrong = list(there), set(scene.species), False
     known = set(there)

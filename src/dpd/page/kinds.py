@@ -1,7 +1,5 @@
 """Pages of each kind: of what is measured, of first configurations, of what acts on beads."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -25,6 +23,7 @@ Given = tuple[tuple[str, ...], str, str]  # of a variable: dimensions, units, lo
 NEEDED = ("integrator", "repulsion", "thermostat")  # terms in every scene
 KINDS = "sample", "block", "largest", "run", "last", "frame", "lag", "part"  # of Observable.gives
 MOST_SAMPLES = 10**7  # of one series: half a gigabyte or more
+SHARE = 0.05  # of a run's time, for what is measured as often as a page decides
 MOST_BINS = 10**6  # of a histogram, which is kept for each of some blocks of the run
 
 
@@ -53,15 +52,20 @@ class Observable(Page):
     # samples in front. Every sample is kept.
     of_sums: ClassVar[bool] = False
     needs_forces: ClassVar[bool] = False  # and whether forces or energies are among them
-    # tau between samples where a scene does not say: a fraction of the time in which a bead moves
-    # its own size. What moves faster says so.
+    # Steps between samples where a scene does not say: those of `interval`, in tau, a fraction of
+    # the time in which a bead moves its own size; more where samples would take longer than a
+    # twentieth of the run. `cost` is how many steps of a run a sample takes as long as, as `dpd
+    # bench` measures it.
     interval: ClassVar[float] = 0.8
+    cost: ClassVar[float] = 4.0
     dimensions: ClassVar[tuple[int, ...]] = (2, 3)  # in which it can be measured
     needs_bonds: ClassVar[bool] = False  # or there is nothing to measure
     bins_of: ClassVar[str] = ""  # what its bins divide: "range", a setting, or "box"; or none
     suffix: ClassVar[str] = ""  # of the file of its own that it writes beside the result; or none
 
-    every: int = interval_setting("Steps between samples.")
+    every: int = interval_setting(
+        "Steps between samples. If not given, so many that they take a twentieth of a run at most."
+    )
 
     def shaped(self, now: Any) -> Self:
         """Itself, with what follows from the configuration in which a run begins."""
@@ -112,7 +116,11 @@ class Observable(Page):
 
     def steps_between(self, scene: Any) -> int:
         """Steps between samples where the scene does not say."""
-        return round(self.interval / scene.dt)
+        return max(round(self.interval / scene.dt), round(self.cost_in(scene) / SHARE))
+
+    def cost_in(self, scene: Any) -> float:
+        """Steps of a run in a scene that a sample takes as long as."""
+        return self.cost
 
     def watched(self, scene: Any) -> int:
         """Steps of the run that it looks at."""
@@ -390,6 +398,6 @@ class BondForce(BondedForce):
 
     def at_rest(self) -> float:
         """Length of bonds in a random start, in r_c: that of least energy; 0 if any may do."""
-        from dpd.laws import least_energy
+        from dpd.page.laws import least_energy
 
         return least_energy(self)

@@ -1,7 +1,5 @@
 """Read and write configurations of beads, by the kind of the file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from dpd import files
@@ -17,7 +15,7 @@ def read(path: str | Path, frame: int = -1) -> Particles:
 
     A frame of a trajectory counts from 0, or from the last with -1, -2 ...; other files have one.
     `UserError` if the file is of no known kind, cannot be read, is damaged, or holds what no
-    simulation can begin with: see `dpd.particles.particles.checked`.
+    simulation can begin with: see `dpd.particles.particles.Particles.checked`.
     """
     path, kind = Path(path), refuse_suffix(path, READ)
     files.check_input(path)

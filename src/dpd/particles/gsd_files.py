@@ -4,12 +4,11 @@ https://gsd.readthedocs.io/en/stable/schema-hoomd.html. The box is centred at 0.
 the file says so, its box is 2 thick, and all beads are at z = 0.
 """
 
-from __future__ import annotations
-
 import hashlib
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 
 import gsd.fl
@@ -19,16 +18,7 @@ import numpy as np
 
 from dpd.errors import UserError
 from dpd.files import draft_of, reading, unfinished, writing
-from dpd.particles.particles import (
-    FLAT,
-    Particles,
-    box_of_file,
-    centre,
-    checked,
-    frame_number,
-    in_tilted_box,
-    tilt_factors,
-)
+from dpd.particles.particles import FLAT, Particles, box_of_file, centre, frame_number, tilt_factors
 
 APPLICATION = "dpd-papers"  # in the header of the files that this program writes
 SCHEMA = [2, 0]  # version of HOOMD's schema
@@ -45,19 +35,15 @@ def read_gsd(path: Path, frame: int = -1) -> Particles:
     """One frame, counted from 0, or from the last with negative numbers; `UserError` if bad."""
     with trajectory_to_read(path) as trajectory:
         frame = frame_number(frame, len(trajectory), path)
-        for group in ("particles", "bonds", "angles", *MORE_BONDS):
-            for place in {0, frame}:
-                _check_count(trajectory.file, place, f"{group}/N", path)
+        file, size = trajectory.file, path.stat().st_size
+        for group, place in product(("particles", "bonds", "angles", *MORE_BONDS), {0, frame}):
+            name = f"{group}/N"  # of a count beyond the bytes the library makes an array
+            if file.chunk_exists(place, name) and file.read_chunk(place, name)[0] > size:
+                raise UserError(f"{path}: {name} is more than fits in it; copy or write it again")
         found = trajectory[frame]
         if trajectory.file.application == APPLICATION:
             found.particles.body = np.array(NO_BODY)  # molecules, which bonds tell as well
     return _particles_of(path, found)
-
-
-def _check_count(file, place, name, path):
-    """Refuse a count beyond the bytes of the file: the library would ask for as much memory."""
-    if file.chunk_exists(place, name) and file.read_chunk(place, name)[0] > path.stat().st_size:
-        raise UserError(f"{path}: {name} is more than fits in the file; copy or write it again")
 
 
 @contextmanager
@@ -79,22 +65,19 @@ def _particles_of(path, frame):
             f"{path}: two dimensions, and beads that are not at z = 0; mend one of both"
         )
     edges, moves = box_of_file(box[:d], box[3:], path), beads.velocity.any()  # 0 if not in the file
-    return checked(
-        Particles(
-            box=edges,
-            position=beads.position[:, :d].T.astype(float) + centre(edges),
-            image=beads.image[:, :d].T,
-            velocity=beads.velocity[:, :d].T if moves else None,
-            species=beads.typeid.astype(np.int64),
-            names=tuple(beads.types),
-            bonds=frame.bonds.group.astype(np.int64),
-            angles=frame.angles.group.astype(np.int64),
-            step=int(configuration.step),
-            left_out=tuple(_left_out(frame)),
-            masses=_masses(beads),
-        ),
-        path,
-    )
+    return Particles(
+        box=edges,
+        position=beads.position[:, :d].T.astype(float) + centre(edges),
+        image=beads.image[:, :d].T,
+        velocity=beads.velocity[:, :d].T if moves else None,
+        species=beads.typeid.astype(np.int64),
+        names=tuple(beads.types),
+        bonds=frame.bonds.group.astype(np.int64),
+        angles=frame.angles.group.astype(np.int64),
+        step=int(configuration.step),
+        left_out=tuple(_left_out(frame)),
+        masses=_masses(beads),
+    ).checked(path)
 
 
 def _decimal(number):
@@ -137,7 +120,7 @@ def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Fr
     beads.N = particles.beads
     beads.types = list(particles.names)
     beads.typeid = particles.species.astype(np.uint32)
-    position, image = in_tilted_box(particles)
+    position, image = particles.in_tilted_box()
     beads.position = _columns(position - centre(particles.box), precision)
     beads.image = _columns(image, np.int32)
     if particles.velocity is not None:
@@ -173,9 +156,8 @@ def _new_file(path):
 class TrajectoryFile:
     """A trajectory ``run.gsd`` while a run goes on: the same frames, however often that is killed.
 
-    It grows as ``run.unfinished.gsd``, so that one can look at it meanwhile; until the end the
-    trajectory of a former run stays there. Digests, (n, `DIGEST`) uint8 arrays, tell whether a file
-    holds the frames that a checkpoint counts. `UserError` if it cannot be written.
+    Until the end it grows as ``run.unfinished.gsd``. Digests, (n, `DIGEST`) uint8 arrays, tell
+    whether a file holds the frames that a checkpoint counts. `UserError` if it cannot be written.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -220,8 +202,7 @@ class TrajectoryFile:
     def finish(self, result: Path) -> None:
         """Put the trajectory in its place, once the run is done.
 
-        A ``result`` of another run there, which would stand beside a trajectory that is not its own
-        if we were killed before ours is written, is removed with its trajectory.
+        The ``result`` of another run goes first: it must not stand beside one that is not its own.
         """
         with writing(self.path):
             self._opened().close()

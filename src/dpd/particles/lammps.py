@@ -4,8 +4,6 @@ https://docs.lammps.org/read_data.html. What this program has no use for is left
 coefficients of potentials without a word, as a scene has its own, all else with one.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
@@ -16,16 +14,7 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from dpd.errors import UserError, shown
-from dpd.particles.particles import (
-    FACTORS,
-    FLAT,
-    Particles,
-    box_of_file,
-    checked,
-    in_tilted_box,
-    molecules_of,
-    tilt_factors,
-)
+from dpd.particles.particles import FACTORS, FLAT, Particles, box_of_file, tilt_factors
 
 # Columns of a line of Atoms by style; image flags may stand behind them.
 STYLES = {
@@ -58,18 +47,14 @@ HALF = 0.5  # r_c: half the thickness with which a box of two dimensions is writ
 LETTERS = [*ascii_uppercase, *map("".join, product(ascii_uppercase, repeat=2))]  # A, B ... AA, AB
 
 
-class Section(NamedTuple):
-    comment: str  # behind the name
-    lines: list[str]
-
-
 class Data(NamedTuple):
     """A file taken apart."""
 
     path: Path
     title: str
     header: dict[str, list[float]]  # by what stands behind the numbers: xlo xhi, bond types ...
-    sections: dict[str, Section]
+    sections: dict[str, list[str]]  # their lines
+    comments: dict[str, str]  # behind the names of sections
 
     def refuse(self, problem: str) -> NoReturn:
         raise UserError(f"{self.path}: {problem}")
@@ -78,19 +63,16 @@ class Data(NamedTuple):
         """A count of the header; 0 if it is not there."""
         return int(self.header.get(name, [0.0])[0])
 
-    def lines(self, section: str) -> list[str]:
-        return self.sections[section].lines if section in self.sections else []
-
     def labels(self, kind: str) -> dict[str, int]:
         """Numbers of types by their labels; ``kind`` is ``Atom``, ``Bond`` ..."""
-        words = (line.split() for line in self.lines(f"{kind} Type Labels"))
+        words = (line.split() for line in self.sections.get(f"{kind} Type Labels", []))
         return {label: int(number) for number, label, *_ in words}
 
     def table(
         self, name: str, count: int, columns: Sequence[str], labels: Mapping[str, int]
     ) -> np.ndarray:
         """(count, columns) numbers of a section, labels as the numbers of their types."""
-        lines, where = self.lines(name), f"section {name}"
+        lines, where = self.sections.get(name, []), f"section {name}"
         if len(lines) != count:
             self.refuse(
                 f"{where} has {len(lines)} lines, and the header says {count}; the file is cut off "
@@ -141,36 +123,33 @@ def read_data(path: Path) -> Particles:
     if velocity is not None and dimension == 2 and velocity[:, 2].any():
         left_out.append("velocities along z are left out: there are two dimensions")
     image = rows[:, -3:] if columns[-3:] == FLAGS else np.zeros(position.shape)
-    return checked(
-        Particles(
-            box=box_of_file(edges[:dimension], factors, path),
-            position=position[:, :dimension].T,
-            image=image[:, :dimension].T,
-            velocity=None if velocity is None else velocity[:, :dimension].T,
-            species=kinds - 1,
-            names=names,
-            bonds=_members(data, identities, "Bond", 2),
-            angles=_members(data, identities, "Angle", 3),
-            step=int(found[1]) if (found := STEP.search(data.title)) else 0,
-            left_out=tuple(left_out),
-            masses=_masses(data, labels),
-            identity=identities,
-        ),
-        path,
-        periodic=True,
-    )
+    return Particles(
+        box=box_of_file(edges[:dimension], factors, path),
+        position=position[:, :dimension].T,
+        image=image[:, :dimension].T,
+        velocity=None if velocity is None else velocity[:, :dimension].T,
+        species=kinds - 1,
+        names=names,
+        bonds=_members(data, identities, "Bond", 2),
+        angles=_members(data, identities, "Angle", 3),
+        step=int(found[1]) if (found := STEP.search(data.title)) else 0,
+        left_out=tuple(left_out),
+        masses=_masses(data, labels),
+        identity=identities,
+    ).checked(path, periodic=True)
 
 
 def _taken_apart(path):
     title, *lines = path.read_text(errors="replace").splitlines() or [""]
-    data, section = Data(path, title, {}, {}), None
+    data, section = Data(path, title, {}, {}, {}), None
     for number, line in enumerate(lines, 2):
         before, _, comment = line.partition("#")
         words = before.split()
         if SECTION.fullmatch(name := " ".join(words)):
-            section = data.sections[name] = Section(comment.strip(), [])
+            section = data.sections[name] = []
+            data.comments[name] = comment
         elif words and section is not None:
-            section.lines.append(line)
+            section.append(line)
         elif words:
             size = next((k for k, word in enumerate(words) if word[0].isalpha()), len(words))
             if not HEADER.fullmatch(name := " ".join(words[size:])):
@@ -200,10 +179,9 @@ def _taken_apart(path):
 
 def _columns(data):
     """Names of the columns of Atoms, by the style behind its name; 5 and 8 are of ``atomic``."""
-    lines = data.lines("Atoms")
+    lines = data.sections.get("Atoms", [])
     size = len(lines[0].partition("#")[0].split()) if lines else 0
-    named = (data.sections["Atoms"].comment.split() or [""])[0] if lines else ""
-    style = named or "atomic"
+    style = (data.comments["Atoms"].split() or ["atomic"])[0] if lines else "atomic"
     plain = STYLES.get(style, "").split()
     if lines and (not plain or size not in (len(plain), len(plain) + 3)):
         data.refuse(
@@ -217,7 +195,7 @@ def _names(data, labels):
     """Labels of types, or comments behind masses, or letters; and a sentence on those."""
     names = {number: label for label, number in labels.items()}
     if not names:
-        parts = (line.partition("#")[::2] for line in data.lines("Masses"))
+        parts = (line.partition("#")[::2] for line in data.sections.get("Masses", []))
         names = {int(before.split()[0]): name.split()[0] for before, name in parts if name.strip()}
     numbers = range(1, data.count("atom types") + 1)
     found = tuple(names.get(number, LETTERS[number - 1]) for number in numbers)
@@ -262,8 +240,7 @@ def _places(data, section, identities, wanted):
 
 def _left_out(data: Data, columns: Sequence[str], rows: np.ndarray) -> Iterator[str]:
     """What a file has that is lost, a sentence each."""
-    lost = [name for k, name in enumerate(columns) if name not in USED and rows[:, k].any()]
-    if lost:
+    if lost := [name for k, name in enumerate(columns) if name not in USED and rows[:, k].any()]:
         yield f"{', '.join(lost)} of the atoms left out: beads have none here"
     for name in ("bond", "angle"):
         if (types := data.count(f"{name} types")) > 1:
@@ -276,16 +253,15 @@ def _left_out(data: Data, columns: Sequence[str], rows: np.ndarray) -> Iterator[
 def as_data(particles: Particles) -> str:
     """A configuration as the text of a data file, of atom style ``angle``, ``bond`` or ``atomic``.
 
-    Numbers have as many digits as it takes to read the same ones again. In two dimensions the box
-    is 1 thick along z. Under shear velocities are those about the flow.
+    In two dimensions the box is 1 thick along z. Under shear velocities are those about the flow.
     """
     bonds, angles, box = particles.bonds, particles.angles, particles.box
     style = "angle" if len(angles) else "bond" if len(bonds) else "atomic"
     factors, masses = tilt_factors(box), particles.masses_by_name()
-    position, image = (_three(each) for each in in_tilted_box(particles))
+    position, image = (_three(each) for each in particles.in_tilted_box())
     kinds = [particles.species.astype(int) + 1]
     if style != "atomic":
-        kinds.insert(0, molecules_of(particles) + 1)
+        kinds.insert(0, particles.molecules + 1)
     counts = {"atoms": particles.beads, "atom types": len(particles.names)}
     for name, members in (("bond", bonds), ("angle", angles)):
         counts |= {f"{name}s": len(members), f"{name} types": 1} if len(members) else {}

@@ -6,8 +6,6 @@ Attributes: ``last_box``, the edges in r_c, and ``last_step``; under shear ``las
 factors xy, xz and yz of the lattice of images. Velocities are then those about the flow.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,14 +15,7 @@ import numpy as np
 from dpd import files
 from dpd.engine.loop import put_back, stored_in
 from dpd.errors import UserError
-from dpd.particles.particles import (
-    Particles,
-    box_of_file,
-    checked,
-    last_configuration,
-    of_scene,
-    tilt_factors,
-)
+from dpd.particles.particles import Particles, box_of_file, of_scene, of_state, tilt_factors
 from dpd.scene.scene import Scene
 
 STATE = "state"  # group with all arrays of a state, by which a run goes on to the same bits
@@ -70,7 +61,7 @@ def attributes_of(particles: Particles) -> dict[str, Any]:
 def particles_of(
     variables: Mapping[str, np.ndarray], attributes: Mapping[str, Any], path: str | Path
 ) -> Particles:
-    """The last configuration of a file that `dpd.files.read` has read, yet to be `checked`."""
+    """The last configuration of a file that `dpd.files.read` has read, not `checked` yet."""
     if POSITION not in variables:
         raise UserError(
             f"{path}: holds no last configuration. `dpd run` keeps one; a run of a study does if "
@@ -96,13 +87,13 @@ def read_netcdf(path: Path) -> Particles:
     if "start_digest" in attributes:
         if not (stored := files.read(path, STATE)[0]):
             raise UserError(f"{path}: a start of another version of this program; make it again")
-        return _of_state(stored, attributes["scene"], path)
+        return _of_arrays(stored, attributes["scene"], path)
     if POSITION in variables or "position" not in variables or "scene" not in attributes:
-        return checked(particles_of(variables, attributes, path), path)
+        return particles_of(variables, attributes, path).checked(path)
     scene, position = Scene.of_result(attributes["scene"], str(path)), variables["position"]
     edges = variables.get("box_edges", scene.period)
     box, image = box_of_file(edges, variables.get("box_tilt", ()), path), np.zeros_like(position)
-    return checked(of_scene(scene, box, position, image, None, sum(scene.steps)), path)
+    return of_scene(scene, box, position, image, None, sum(scene.steps)).checked(path)
 
 
 def read_checkpoint(path: Path) -> Particles:
@@ -110,13 +101,13 @@ def read_checkpoint(path: Path) -> Particles:
     found = stored_in(path)
     if found is None or "scene" not in found.note:
         raise UserError(f"{path}: no checkpoint of this version, or a damaged one; run again")
-    return _of_state(found.arrays, found.note["scene"], path)
+    return _of_arrays(found.arrays, found.note["scene"], path)
 
 
-def _of_state(arrays, scene, path):
+def _of_arrays(arrays, scene, path):
     """Beads in the order of identities, with names and bonds of their scene."""
     state = put_back(arrays, ())
-    return checked(last_configuration(Scene.of_result(scene, str(path)), state), path)
+    return of_state(Scene.of_result(scene, str(path)), state).checked(path)
 
 
 class Fields(NamedTuple):
@@ -160,8 +151,7 @@ def fields_of(variables: Mapping[str, np.ndarray], path: object) -> Fields:
 def write_image(fields: Fields, frame: int, path: str | Path) -> None:
     """Write one frame, counted from 0, with a scalar ``density A`` of the cells for each species A.
 
-    The corner of the box is at 0; in two dimensions the cells are about z = 0. `UserError` if the
-    file cannot be written, or the library that writes it is not installed.
+    The corner of the box is at 0; in two dimensions the cells are about z = 0.
     """
     try:
         from pyevtk.hl import imageToVTK

@@ -1,21 +1,15 @@
 """One configuration of beads, whatever file it came from or goes to."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from dpd.engine.space import TURN, along_axes, slide_of, tilted, wrapped
+from dpd.engine.state import State
 from dpd.errors import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from dpd.engine.state import State
-    from dpd.physics.shear import Shear
-    from dpd.scene.molecules import Molecule
-    from dpd.scene.scene import Scene
+from dpd.scene.molecules import Molecule
+from dpd.scene.scene import Scene
 
 ROUNDING = 1e-5  # of an edge: beads outside, tilts beyond half; single precision, text
 FLAT = 1e-4  # r_c by which heights of beads of two dimensions may differ
@@ -70,14 +64,121 @@ class Particles(NamedTuple):
             f"with{'out' * (self.velocity is None)} velocities, at step {self.step}"
         )
 
+    @property
+    def molecules(self) -> np.ndarray:
+        """(n,) numbers of molecules, from 0, by the bonds that hold them together."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        one, two = self.bonds.astype(np.int64).T
+        table = coo_array((np.ones(len(one), np.int8), (one, two)), shape=(self.beads,) * 2)
+        return connected_components(table, directed=False)[1]
+
+    def only(self, kept: np.ndarray) -> Self:
+        """Some of the beads, with the bonds and angles among them."""
+        number, velocity = (np.cumsum(kept) - 1).astype(np.uint32), self.velocity
+        return self._replace(
+            position=self.position[:, kept],
+            image=self.image[:, kept],
+            velocity=None if velocity is None else velocity[:, kept],
+            species=self.species[kept],
+            bonds=number[self.bonds[kept[self.bonds].all(axis=1)]],
+            angles=number[self.angles[kept[self.angles].all(axis=1)]],
+        )
+
+    def in_tilted_box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and images of beads put into the tilted box, as other programs want them."""
+        position, image = self.position.copy(), self.image.copy()
+        if slide := slide_of(self.box):
+            edge = self.box[slide.flow]
+            turns = np.floor(along_axes(position, self.box)[slide.flow] / edge)
+            position[slide.flow] -= edge * turns
+            image[slide.flow] += turns.astype(image.dtype)
+        return position, image
+
+    def checked(self, path: object, periodic: bool = False) -> Self:
+        """Particles of a file that a simulation can begin with; `UserError` for others.
+
+        Beads outside of the box by `ROUNDING` are put in; in a ``periodic`` one all, which is said.
+        """
+
+        def refuse_if(bad: Any, problem: str, remedy: str = "mend the file") -> None:
+            if np.any(bad):
+                which = f"{self.called(np.argmax(bad))} " if np.ndim(bad) else ""
+                raise UserError(f"{path}: {which}{problem}; {remedy}")
+
+        box, names, beads = np.array(self.box, dtype=float), self.names, self.beads
+        edges = " x ".join(f"{edge:g}" for edge in box)
+        refuse_if(len(box) not in (2, 3), f"has {len(box)} dimensions", "allowed: 2 or 3")
+        sound = (np.isfinite(box) & (box > 0)).all()
+        refuse_if(not sound, f"the box of {edges} has an edge that is not a positive number")
+        refuse_if(not beads, "holds no beads", "at least one is needed")
+        good = 0 <= self.step < LARGEST_STEP
+        refuse_if(not good, f"is of a step that is not from 0 to {LARGEST_STEP:g}")
+        arrays = {name: getattr(self, name) for name in ("position", "velocity", "image")}
+        for name, array in arrays.items():
+            if array is not None:
+                wrong = array.shape != (len(box), beads)
+                refuse_if(wrong, f"{name} is not {len(box)} numbers for each of {beads} beads")
+                bad = ~np.isfinite(array).all(axis=0)
+                refuse_if(bad, f"has a {name} that is not a finite number", "write it again")
+        position, image, far = self._inside(box[:, None])
+        away = ~(np.abs(image) < MOST_IMAGES).all(axis=0)
+        remedy = "mend its position or its image flags"
+        refuse_if(away, f"is {MOST_IMAGES} boxes away or more", remedy)
+        refuse_if(
+            far & (not periodic),
+            f"is outside of the box of {edges} ({far.sum()} of {beads} are)",
+            "wrap positions into the box, with image flags if they are to be kept, or mend the box",
+        )
+        twice = len(set(names)) < len(names)
+        refuse_if(twice, f"kinds of beads have the same name ({', '.join(names)})", "rename one")
+        refuse_if(
+            (self.species < 0) | (self.species >= len(names)),
+            f"is of a kind that is not one of the {len(names)} that are named",
+        )
+        for name, mass in self.masses_by_name().items():
+            light = not (np.isfinite(mass) and mass > 0)
+            refuse_if(light, f"beads of {name} have the mass {mass:g}", "allowed: numbers above 0")
+        bonds, angles = self.bonds.reshape(-1, 2), self.angles.reshape(-1, 3)
+        for name, members in {"bond": bonds, "angle": angles}.items():
+            outside = (members < 0) | (members >= beads)
+            refuse_if(outside.any(), f"{name}s have beads that are not from 0 to {beads - 1}")
+            ordered = np.sort(members, axis=1)
+            for bad in members[(ordered[:, 1:] == ordered[:, :-1]).any(axis=1)]:
+                same = ", ".join(map(self.called, bad))
+                refuse_if(True, f"a bead is twice in the {name} of {same}", "remove it")
+        found, times = np.unique(np.sort(bonds, axis=1), axis=0, return_counts=True)
+        for pair in found[times > 1]:
+            ends = " and ".join(map(self.called, pair))
+            refuse_if(True, f"{ends} are bonded more than once", "keep one of these bonds")
+        wrapped_in = f"{far.sum()} beads outside of the box are put in, and their images counted"
+        return self._replace(
+            box=self.box if slide_of(self.box) else tuple(map(float, box)),
+            position=position,
+            image=image.astype(np.int32),
+            velocity=None if self.velocity is None else self.velocity.astype(float),
+            species=self.species.astype(np.uint8),
+            bonds=bonds.astype(np.uint32),
+            angles=angles.astype(np.uint32),
+            left_out=(*self.left_out, *[wrapped_in] * bool(far.any())),
+        )
+
+    def _inside(self, edges):
+        """Positions in the box, their images, and which beads are outside beyond rounding."""
+        box, position = self.box, self.position.astype(float)
+        far = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
+        if slide := slide_of(box):  # files may have them in the tilted box
+            far[slide.flow] = False
+        inside, _ = wrapped(position, box)
+        image = self.image + np.rint(along_axes(position - inside, box) / edges)
+        return inside, image, far.any(axis=0)
+
 
 def whole_images(
     kinds: Sequence[Molecule], position: np.ndarray, image: np.ndarray, box: Sequence[float]
 ) -> np.ndarray:
-    """Images with which every molecule is in one piece, as its bonds pull: over nearest images.
-
-    Arrays are in the order of identities; the first bead of each molecule keeps its image.
-    """
+    """Images, by identities, with which every molecule is in one piece: that of its first bead."""
     places, found, first = along_axes(position, box), image.copy(), 0
     for kind in kinds:
         end = first + kind.count * len(kind.beads)
@@ -103,7 +204,7 @@ def of_scene(
     )  # fmt: skip
 
 
-def last_configuration(scene: Scene, state: State) -> Particles:
+def of_state(scene: Scene, state: State) -> Particles:
     """The beads of a state, by their identities."""
     box = box_at(scene, state.step, state.slid) if state.box is None else state.box
     position, velocity = (state.by_identity(each) for each in (state.position, state.velocity))
@@ -118,110 +219,7 @@ def frame_number(frame: int, count: int, path: object) -> int:
     return frame % count
 
 
-def only(particles: Particles, kept: np.ndarray) -> Particles:
-    """Some of the beads, with the bonds and angles among them."""
-    number, velocity = (np.cumsum(kept) - 1).astype(np.uint32), particles.velocity
-    return particles._replace(
-        position=particles.position[:, kept],
-        image=particles.image[:, kept],
-        velocity=None if velocity is None else velocity[:, kept],
-        species=particles.species[kept],
-        bonds=number[particles.bonds[kept[particles.bonds].all(axis=1)]],
-        angles=number[particles.angles[kept[particles.angles].all(axis=1)]],
-    )
-
-
-def molecules_of(particles: Particles) -> np.ndarray:
-    """(n,) numbers of molecules, from 0, by the bonds that hold them together."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    one, two = particles.bonds.astype(np.int64).T
-    table = coo_array((np.ones(len(one), np.int8), (one, two)), shape=(particles.beads,) * 2)
-    return connected_components(table, directed=False)[1]
-
-
-def checked(particles: Particles, path: object, periodic: bool = False) -> Particles:
-    """Particles of a file that a simulation can begin with; `UserError` for others.
-
-    Beads that are outside of the box by no more than `ROUNDING` are put inside; if it is periodic,
-    as a format may have it, beads further outside as well, which is said.
-    """
-
-    def refuse_if(bad: Any, problem: str, remedy: str = "mend the file") -> None:
-        if np.any(bad):
-            which = f"{particles.called(np.argmax(bad))} " if np.ndim(bad) else ""
-            raise UserError(f"{path}: {which}{problem}; {remedy}")
-
-    box, names, beads = np.array(particles.box, dtype=float), particles.names, particles.beads
-    edges = " x ".join(f"{edge:g}" for edge in box)
-    refuse_if(len(box) not in (2, 3), f"has {len(box)} dimensions", "allowed: 2 or 3")
-    sound = (np.isfinite(box) & (box > 0)).all()
-    refuse_if(not sound, f"the box of {edges} has an edge that is not a positive number")
-    refuse_if(not beads, "holds no beads", "at least one is needed")
-    good = 0 <= particles.step < LARGEST_STEP
-    refuse_if(not good, f"is of a step that is not from 0 to {LARGEST_STEP:g}")
-    arrays = {name: getattr(particles, name) for name in ("position", "velocity", "image")}
-    for name, array in arrays.items():
-        if array is not None:
-            wrong = array.shape != (len(box), beads)
-            refuse_if(wrong, f"{name} is not {len(box)} numbers for each of {beads} beads")
-            bad = ~np.isfinite(array).all(axis=0)
-            refuse_if(bad, f"has a {name} that is not a finite number", "write it again")
-    position, image, far = _inside(particles, box[:, None])
-    away = ~(np.abs(image) < MOST_IMAGES).all(axis=0)
-    refuse_if(away, f"is {MOST_IMAGES} boxes away or more", "mend its position or its image flags")
-    refuse_if(
-        far & (not periodic),
-        f"is outside of the box of {edges} ({far.sum()} of {beads} are)",
-        "wrap the positions into the box, with image flags if they are to be kept, or mend the box",
-    )
-    twice = len(set(names)) < len(names)
-    refuse_if(twice, f"kinds of beads have the same name ({', '.join(names)})", "rename one")
-    refuse_if(
-        (particles.species < 0) | (particles.species >= len(names)),
-        f"is of a kind that is not one of the {len(names)} that are named",
-    )
-    for name, mass in particles.masses_by_name().items():
-        light = not (np.isfinite(mass) and mass > 0)
-        refuse_if(light, f"beads of {name} have the mass {mass:g}", "allowed: numbers above 0")
-    bonds, angles = particles.bonds.reshape(-1, 2), particles.angles.reshape(-1, 3)
-    for name, members in {"bond": bonds, "angle": angles}.items():
-        outside = (members < 0) | (members >= beads)
-        refuse_if(outside.any(), f"{name}s have beads that are not from 0 to {beads - 1}")
-        ordered = np.sort(members, axis=1)
-        for bad in members[(ordered[:, 1:] == ordered[:, :-1]).any(axis=1)]:
-            same = ", ".join(map(particles.called, bad))
-            refuse_if(True, f"a bead is twice in the {name} of {same}", "remove it")
-    found, times = np.unique(np.sort(bonds, axis=1), axis=0, return_counts=True)
-    for pair in found[times > 1]:
-        ends = " and ".join(map(particles.called, pair))
-        refuse_if(True, f"{ends} are bonded more than once", "keep one of these bonds")
-    wrapped_in = f"{far.sum()} beads outside of the box are put in, and their images counted"
-    return particles._replace(
-        box=particles.box if slide_of(particles.box) else tuple(map(float, box)),
-        position=position,
-        image=image.astype(np.int32),
-        velocity=None if particles.velocity is None else particles.velocity.astype(float),
-        species=particles.species.astype(np.uint8),
-        bonds=bonds.astype(np.uint32),
-        angles=angles.astype(np.uint32),
-        left_out=(*particles.left_out, *[wrapped_in] * bool(far.any())),
-    )
-
-
-def _inside(particles, edges):
-    """Positions in the box, their images, and which beads are outside beyond rounding."""
-    box, position = particles.box, particles.position.astype(float)
-    far = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
-    if slide := slide_of(box):  # files may have them in the tilted box
-        far[slide.flow] = False
-    inside, _ = wrapped(position, box)
-    image = particles.image + np.rint(along_axes(position - inside, box) / edges)
-    return inside, image, far.any(axis=0)
-
-
-def shear_of(scene: Scene) -> Shear | None:
+def shear_of(scene: Scene) -> Any:
     return scene.terms["shear"].records(scene)["shear"] if "shear" in scene.terms else None
 
 
@@ -256,21 +254,9 @@ def box_of_file(
             "the box tilts by up to half an edge"
         )
     slid = round(float(np.clip(turns, -0.5, 0.5)) * TURN) % TURN
-    from dpd.physics.shear import Shear
+    from dpd.physics.shear import Shear  # which few runs need
 
     return tilted(edges, Shear(0.0, flow, gradient), 1.0, 0, slid)
-
-
-def in_tilted_box(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and images of beads put into the tilted box, as other programs want them."""
-    position, image = particles.position.copy(), particles.image.copy()
-    slide = slide_of(particles.box)
-    if slide is not None:
-        edge = particles.box[slide.flow]
-        turns = np.floor(along_axes(position, particles.box)[slide.flow] / edge)
-        position[slide.flow] -= edge * turns
-        image[slide.flow] += turns.astype(image.dtype)
-    return position, image
 
 
 def centre(box: Sequence[float]) -> np.ndarray:

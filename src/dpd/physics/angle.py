@@ -8,8 +8,6 @@ F(theta)   = -k (theta - theta_0), which opens the angle where it is positive
 u''(theta) =  k
 """
 
-from __future__ import annotations
-
 from math import radians
 from typing import Any
 

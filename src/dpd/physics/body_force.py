@@ -4,8 +4,6 @@ With ``opposite`` it acts the other way round in half of the box: two opposite f
 walls (Backer, Lowe, Hoefsloot and Iedema, J. Chem. Phys. 122, 154503 (2005)).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 

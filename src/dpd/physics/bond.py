@@ -5,8 +5,6 @@ F(r)   = -C (r - l)
 u''(r) =  C
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from dpd.page import BondForce, OneOrTable, Pair, Section, setting

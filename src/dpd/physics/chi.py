@@ -4,8 +4,6 @@ The relation was measured where both kinds of molecules have one length. Of seve
 decides between those of single beads and of chains (7 % apart); all must be within the range.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any
 
@@ -50,8 +48,6 @@ class Chi(Term, key="chi"):
             refuse("a species mixes with itself, it has no chi; give its 'repulsion' alone")
         if {pair, f"{other} {one}"} & given.keys():
             refuse("the pair has a repulsion as well; give one of the two")
-        if f"{other} {one}" in self.pairs:
-            refuse("is there in the other order as well; keep one")
         if scene.dimension != 3:
             refuse("was measured in three dimensions only; give a 'repulsion'")
         like = [given.get(f"{name} {name}") for name in names]

@@ -9,14 +9,11 @@ With a width it goes over from F_max into the soft repulsion along a straight li
 d + width, so that schemes of second order keep their order.
 """
 
-from __future__ import annotations
+from typing import Any, NamedTuple
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+import numpy as np
 
 from dpd.page import Change, NotNegative, Refusals, Term, part, setting
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 class RigidCore(Term, key="core"):

@@ -8,8 +8,6 @@ F(r) = -k r / (1 - (r / R)^2)
 Near R both go on along a straight line from a force of about k R / (2 `END`), which no bond stands.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

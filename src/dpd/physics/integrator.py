@@ -27,21 +27,17 @@ This is for masses of 1. Two beads with the reduced mass mu exchange the momentu
 u / s, with s = 1 / sqrt(2 mu), follows the same equations with g / (2 mu) in the place of g.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
+import numpy as np
 import yaml
 from pydantic import Field, PrivateAttr
 
 from dpd.errors import UserError
 from dpd.page import Change, Refusals, Term, setting
-
-if TYPE_CHECKING:
-    import numpy as np
 
 # What the benchmark found for a fluid and for a melt of stiff bonds, at two frictions: the scheme
 # and step of least run time for each tolerance in pressure and kT.
@@ -124,7 +120,7 @@ class Integrator(Term, key="integrator"):
         gt=0, le=0.1,
     )  # fmt: skip
 
-    _guess: Integrator | None = PrivateAttr(None)
+    _guess: Self | None = PrivateAttr(None)
 
     def conflicts(self) -> Refusals:
         if self.scheme != "auto" and self.tolerance is not None:
@@ -139,7 +135,7 @@ class Integrator(Term, key="integrator"):
         return self.scheme == "auto"
 
     @property
-    def named(self) -> Integrator:
+    def named(self) -> Self:
         """Itself; for auto the first guess, until `dpd.runs.auto.settle` has tried it."""
         return self._guess or self
 
@@ -172,9 +168,8 @@ class Integrator(Term, key="integrator"):
 def choose(scene: Any, tolerance: float) -> dict[str, Any]:
     """A guess at ``scheme``, ``lambda`` and ``dt``, which `dpd.runs.auto` tries on the scene.
 
-    The step is that of the measured system, shorter where this one is stiffer (as
-    1 / sqrt(stiffness), the period of its fastest motion) or hotter; the lightest beads count, and
-    the highest friction. A UserError says what was not measured (`dpd.page.Term.untried`).
+    The step is that of the measured system, shorter where this one is stiffer, as the period of its
+    fastest motion, or hotter. A UserError says what was not measured (`dpd.page.Term.untried`).
     """
     thermostat = scene.terms["thermostat"]
     untried = [term.untried.format(key=key) for key, term in scene.terms.items() if term.untried]

@@ -11,8 +11,6 @@ The sum of rho_i^2 is that of w (rho_i + rho_j) over pairs, so the energy is one
 With another B for each pair of species there would be none (Phys. Rev. E 87, 045303, 2013).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

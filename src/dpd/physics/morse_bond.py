@@ -7,8 +7,6 @@ F(r)   = -2 alpha D (1 - e) e
 u''(r) =  2 alpha^2 D (2 e - 1) e
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -5,19 +5,15 @@ A cubic spline goes through the force, and the energy is its integral. Both are 
 that has the values and the slopes of the spline at both ends.
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import Annotated, Any, Self
 
+import numpy as np
 from pydantic import Field, ValidationError
 
 from dpd.errors import UserError, reason
 from dpd.page import OneOr, PairForce, PairTable, Refusals, Section, setting
-
-if TYPE_CHECKING:
-    import numpy as np
 
 CELLS = 1000
 LEAST_ROWS = 5
@@ -35,7 +31,6 @@ class Table(Section):
 
     def conflicts(self) -> Refusals:
         """Where rows lie, how they end, and whether the energy is the integral of the force."""
-        import numpy as np
         from scipy.interpolate import CubicSpline
 
         r, energy, force = map(np.array, (self.r, self.energy, self.force))
@@ -92,8 +87,6 @@ class TabulatedForces(PairForce, key="pair"):
 
     def numbers(self, scene: Any) -> dict[str, Any]:
         """Number and end of the table of each pair of species, 0 for none, and all tables."""
-        import numpy as np
-
         number, tables = np.zeros((len(scene.species),) * 2, np.int64), [np.zeros((CELLS, 5))]
         ends, files = [1.0], dict[str, Any](self.files)
         for pair, table in files.items():
@@ -122,7 +115,6 @@ class TabulatedForces(PairForce, key="pair"):
 
 def on_grid(table: Table) -> np.ndarray:
     """(`CELLS`, 5) array: energy where each cell begins, and four coefficients of its force."""
-    import numpy as np
     from scipy.interpolate import CubicSpline
 
     spline, end = CubicSpline(table.r, table.force), table.r[-1]

@@ -15,8 +15,6 @@ min(1, exp(-Delta)), where Delta is what the paper calls the change of the effec
 Volumes then have the distribution exp(-(H + P_0 V) / kT) for every h, tau and beta.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple, Self

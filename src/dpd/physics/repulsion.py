@@ -9,16 +9,12 @@ Two beads closer than the cutoff, r < 1, push each other apart (Groot and Warren
 The methods are given w = max(0, 1 - r) as well, which is zero from the cutoff on.
 """
 
-from __future__ import annotations
+from typing import Annotated, Any, NamedTuple
 
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
-
+import numpy as np
 from pydantic import Field
 
 from dpd.page import PairTable, Refusals, Term, check_table, setting
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
 class SoftRepulsion(Term, key="repulsion"):

@@ -14,8 +14,6 @@ and without forces beads move with v constant (Lees and Edwards 1972; Evans and 
     dx/dt = u_x + g y,     du_x/dt = -g u_y
 """
 
-from __future__ import annotations
-
 from math import hypot
 from typing import Any, Literal, NamedTuple
 

@@ -13,8 +13,6 @@ Langevin friction and noise act on each bead on its own, along each axis:
     F = -gamma v + sigma zeta dt^(-1/2),     sigma^2 = 2 gamma kT
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np

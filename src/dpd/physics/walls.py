@@ -13,8 +13,6 @@ velocity v of a bead, in all directions, with w = 1 - z (and w = 1 behind the pl
     F = -gamma w^2 (v - v_wall) + sigma w zeta dt^(-1/2),     sigma^2 = 2 gamma kT
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, NamedTuple
 
@@ -84,11 +82,6 @@ class SoftWalls(Term, key="walls"):
             yield "velocity", "has no effect on walls without friction; add walls.gamma"
 
     def refuses(self, scene: Any) -> Refusals:
-        for axis in self.axes():
-            if scene.box[axis] < 2 * RANGE:
-                text = f"the box has an edge of {scene.box[axis]:g} along {'xyz'[axis]}, and a "
-                text += "bead would feel both walls at the same time"
-                yield "axis", f"{text}; allowed: >= {2 * RANGE:g}"
         for velocity in self.velocity or ():
             if len(velocity) != scene.dimension:
                 text = f"{len(velocity)} components for a wall; allowed: {scene.dimension}"

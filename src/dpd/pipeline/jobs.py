@@ -1,45 +1,37 @@
 """The jobs of a study: what each asks a cluster for, kernels, and what all cost.
 
-A cluster ends a job that takes more than it asked for. A run that is ended keeps a checkpoint, and
-the next try asks for more; still it is cheaper to ask for enough. So a job asks for `GENEROUS`
-times what is expected, in its second try for twice that, in its third for three times.
+A cluster ends a job that takes more than it asked for. Its next try goes on from a checkpoint, and
+asks for more: `GENEROUS` times what is expected in the first, then twice, then three times that.
 """
-
-from __future__ import annotations
 
 import glob
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dpd import files
 from dpd.errors import UserError
+from dpd.pipeline.paper import Paper
 from dpd.pipeline.paths import results_of
+from dpd.pipeline.sweep import Point, Sweep
+from dpd.scene.scene import Scene
 from dpd.start import BYTES_PER_BEAD, start_digest, start_is_shared
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from dpd.pipeline.paper import Paper
-    from dpd.pipeline.sweep import Point, Sweep
-    from dpd.scene.scene import Scene
-
 # Bead-steps per second on one core: nine of ten runs of the study `quick` are faster, and the
-# slowest of them, which follows displacements in many beads, has 1.1e6.
-RATE = 3e6
-GENEROUS = 3  # times what is expected
-BEGINNING = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
+# slowest of them has 3.6e6.
+RATE = 5e6
+PER_JOB = 1.5  # seconds that a job takes beside that: Python starts, a figure is drawn
+GENEROUS = 5  # times what is expected: other processors are slower
+STARTUP = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
 PROCESSES = 1000  # MB of a run without beads, 200 measured, and of the Snakemakes that start it
 
 
 def minutes(scenes: Sequence[Scene], attempt: int, longest: int) -> int:
-    """Minutes of wall clock to ask for, on one core, for runs with their starts, in the nth try.
-
-    At most ``longest``, what the cluster allows: a run that needs more goes on in its next try.
-    """
+    """Minutes of wall clock for runs with starts, on one core, in the nth try: the next goes on."""
     work = sum(each.work + each.beads * (each.relaxing + each.start.work) for each in scenes)
-    return min(attempt * math.ceil(BEGINNING + GENEROUS * work / RATE / 60), longest)
+    return min(attempt * math.ceil(STARTUP + GENEROUS * work / RATE / 60), longest)
 
 
 def megabytes(scenes: Sequence[Scene], attempt: int) -> int:
@@ -59,10 +51,7 @@ def quickest(paper: Paper) -> list[str]:
 
 
 def batches(sweep: Sweep, seconds: float) -> list[list[Point]]:
-    """Points of a sweep, in their order, whose runs share a job.
-
-    As many as are expected to take some ``seconds`` together, and share their start, if any.
-    """
+    """Points by jobs, in their order: expected to take ``seconds`` together, from one start."""
     found: list[list[Point]] = []
     taken, last = math.inf, ""
     for point in sweep.points:
@@ -80,11 +69,7 @@ def batches(sweep: Sweep, seconds: float) -> list[list[Point]]:
 
 
 def compile_for(scenes: Iterable[Scene]) -> list[str]:
-    """Compile every variant of the kernels that some scenes need; a line on each.
-
-    All in one process: most of what a variant is made of is that of others, and what a process
-    has compiled once it does not compile again.
-    """
+    """Compile all variants of kernels that scenes need, in one process, as they share most."""
     from dpd.engine.simulation import Simulation
     from dpd.observe.common.measured import observables
     from dpd.start.common.make import compile_start, system_of
@@ -107,10 +92,7 @@ def compile_for(scenes: Iterable[Scene]) -> list[str]:
 
 
 def _kernels(scene, system):
-    """What decides which kernels of the engine a scene needs, in words.
-
-    Numba compiles a kernel for each class of a record, and for which of its fields are None.
-    """
+    """Words on which kernels a scene needs: each class of record, and its fields that are None."""
     yield f"{scene.dimension} dimensions"
     yield "several species" if len(scene.species) > 1 else "one species"
     for record in (*system.forces, system.scheme):
@@ -123,14 +105,15 @@ def _kernels(scene, system):
 # --- what a study will cost
 
 
-def plan(papers: Iterable[Paper], study: str) -> list[dict[str, Any]]:
-    """Cost of every sweep of some papers: a row each, with hours, and MB of memory and disk.
+def plan(papers: Iterable[Paper], study: str, seconds: float) -> list[dict[str, Any]]:
+    """Cost of every simulated sweep of some papers: a row each, with hours, MB of memory and disk.
 
-    A sweep's speed is the median of its runs in this study, or else in others; where there are
-    none, `RATE` stands for it and ``measured`` is false. Sweeps of theory take seconds or minutes.
+    By the median speed of its runs in this study, else in others, else by `RATE`: not ``measured``.
+    ``seconds``: as of `batches`. Figures are jobs of a paper's first sweep.
     """
     rows: list[dict[str, Any]] = []
     for paper in papers:
+        others = len(paper.figures) + len(paper.theory)
         for sweep in paper.sweeps.values():
             runs = [results_of(each).run(paper.name, sweep.name, "*") for each in (study, "*")]
             known = _rates(runs[0]) or _rates(runs[1])
@@ -141,7 +124,9 @@ def plan(papers: Iterable[Paper], study: str) -> list[dict[str, Any]]:
                 "beads": max(scene.beads for scene in scenes), "rate": rate,
                 "core_hours": sum(hours), "longest": max(hours), "memory": megabytes(scenes, 1),
                 "disk": sum(map(_kept, scenes)), "measured": bool(known),
+                "jobs": len(batches(sweep, seconds)) + 1 + others,
             })  # fmt: skip
+            others = 0
     return rows
 
 
@@ -171,25 +156,25 @@ def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
 
     if not rows:
         return "no runs"
-    table, hours = pd.DataFrame(rows), "{:.2f}".format
+    table, shown_hours = pd.DataFrame(rows), "{:.2f}".format
     rates = zip(table.rate / 1e6, table.measured)
-    shown = table.drop(columns="measured").assign(
+    shown = table.drop(columns=["measured", "jobs"]).assign(
         rate=[f"{rate:.2f}" if known else f"({rate:.1f})" for rate, known in rates]
     )
     names = {"rate": "10^6/s", "core_hours": "core-h", "longest": "longest h"}
-    formats = {"core-h": hours, "longest h": hours, "MB/job": "{:.0f}".format}
+    formats = {"core-h": shown_hours, "longest h": shown_hours, "MB/job": "{:.0f}".format}
     shown = shown.rename(columns=names | {"memory": "MB/job", "disk": "disk MB"})
-    total, longest = table.core_hours.sum(), table.longest.max()
+    total = table.core_hours.sum() + table.jobs.sum() * PER_JOB / 3600
+    hours = max(total / cores, table.longest.max())
     text = (
         f"{shown.to_string(index=False, formatters=formats, float_format='%.1f')}\n"
-        f"{table.runs.sum()} runs: {total:.1f} core-hours, {max(total / cores, longest):.1f} hours "
-        f"on {cores} cores at best; {table.disk.sum():.0f} MB of results at most, "
-        "without trajectories"
+        f"{table.runs.sum()} runs in {table.jobs.sum()} jobs: {total:.2f} core-hours, "
+        f"{f'{60 * hours:.0f} minutes' if hours < 2 else f'{hours:.1f} hours'} on {cores} cores; "
+        f"{table.disk.sum():.0f} MB of results at most, without trajectories"
     )
     if table.measured.all():
         return text
     return (
         f"{text}\nRates in brackets are not measured: {RATE / 1e6:g}e6 bead-steps/s, which nine of "
-        "ten runs of the study 'quick' exceed. Runs of any study measure them: make a small one "
-        "first (--config study=smoke)."
+        "ten runs of 'quick' exceed. Runs of any study measure them: --config study=smoke first."
     )

@@ -1,23 +1,19 @@
 """Studies and papers: what their files say, and a paper's sweeps and figures under a study."""
 
-from __future__ import annotations
-
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from math import prod
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field
 
-from dpd.digest import PAPERS_DIR, ROOT, shortened
 from dpd.errors import UserError, shown, suggestion
+from dpd.folders import PAPERS_DIR, ROOT, shortened
 from dpd.page import NAMES, OneOr, Refusals, Section, inside, setting
 from dpd.pipeline.sweep import Sweep, SweepFile, Value, unfold
 from dpd.scene.yaml import read_section, read_yaml
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-    from pathlib import Path
 
 CONFIG = ROOT / "config"
 WHERE, ROOT_STUDY = "config/config.yaml", "paper"  # whose values stand where no other is named
@@ -102,10 +98,8 @@ def studies() -> dict[str, Study]:
 def as_studied(value: Any, names: list[str], known: Collection[str], key: str) -> Any:
     """Plain data with what a study takes of each choice, as ``{paper: 4000, quick: 400}``.
 
-    Where a choice names none of ``names``, or nothing is behind the name, its key or its place in a
-    list is left out. Raises `UserError` if only some of its keys are names of studies.
-
-    ``names``: its lineage. ``known``: of all studies. ``key``: file and keys so far, for messages.
+    Where a choice has none of the ``names`` of its lineage, or nothing behind it, its key, or place
+    in a list, goes. `UserError` if some of its keys are names of ``known`` studies, and others not.
     """
     if isinstance(value, list):
         found = [as_studied(each, names, known, f"{key}{n}.") for n, each in enumerate(value)]
@@ -141,10 +135,7 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
 
 
 def read_study(name: str, key: str = "study") -> StudyNamed:
-    """What the name of a study says, refused with the ``key`` that it stands under.
-
-    ``quick-seed2`` is the study ``quick`` with the seed 2, with results of its own.
-    """
+    """What a study's name says, as ``quick-seed2``; refused with the ``key`` it stands under."""
     file, seed = name, 1
     if parts := SEEDED.fullmatch(str(name)):
         file, seed = parts[1], int(parts[2])
@@ -355,10 +346,9 @@ class Paper:
 def read_paper(
     name: str, study: str, only: Collection[str] | None = None, points: Collection[str] = ()
 ) -> Paper:
-    """A paper's sweeps and figures under a study; of them ``only`` some sweeps, if not None.
+    """A paper under a study; ``only`` some of its sweeps, if not None, and ``points`` in each.
 
-    Where ``points`` are named, no more than these are unfolded, in a sweep that has them. Raises
-    `UserError` if anything in the files is not allowed, or they do not fit together.
+    Raises `UserError` if anything in the files is not allowed, or they do not fit together.
     """
     path = file_of_paper("papers", name)
     where, _, lineage, seed = shortened(path), *read_study(study)

@@ -5,33 +5,22 @@ results/STUDY/PAPER/sweeps/SWEEP.nc
 results/STUDY/report.html
 """
 
-from __future__ import annotations
-
 import atexit
 import platform
 import subprocess
 import sys
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from dpd.digest import ROOT
 from dpd.errors import FAILED
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
-
-    from dpd.pipeline.paper import Paper
+from dpd.folders import ROOT
+from dpd.pipeline.paper import Paper
 
 RESULTS = "results"
 LONG_STUDY = "paper"  # kept in git with its figures; its values stand beside those of every study
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
 MOST = 20  # sentences that are shown
-
-
-def results_of(study: str) -> Results:
-    """The `Results` of a study, below the folder that snakemake works in."""
-    return Results(f"{RESULTS}/{study}")
 
 
 def archived_verdicts() -> list[str]:
@@ -42,10 +31,7 @@ def archived_verdicts() -> list[str]:
 
 
 def page_suffix(papers: Collection[str], all_papers: Collection[str]) -> str:
-    """What the names of report and verdict table end in: each set of papers has its own.
-
-    Nothing for all papers, in any order; for others as in ``report-liu_2008+mine.html``.
-    """
+    """What names of report and verdicts end in: nothing for all papers, or ``-liu_2008+mine``."""
     return "" if set(papers) == set(all_papers) else f"-{'+'.join(sorted(set(papers)))}"
 
 
@@ -98,9 +84,6 @@ class Results:
     def verdicts(self, suffix: str = "") -> str:
         return f"{self.folder}/verdicts{suffix}.csv"
 
-    def tables_of(self, papers: Iterable[Paper]) -> list[str]:
-        return [self.figure(paper.name, f, "csv") for paper in papers for f in paper.figures]
-
     def sources_of_page(self, papers: Iterable[Paper]) -> list[str]:
         kinds, found = ("csv", "png", "html", "nc"), []
         for paper in papers:
@@ -122,11 +105,13 @@ class Results:
         return f"{self.logs}/{'/'.join(parts)}.{kind}"
 
 
-def errors_in(logs: str | Path, begun: float = 0.0) -> dict[str, Path]:
-    """Sentences of jobs that failed, each with its first log; not of logs that were there before.
+def results_of(study: str) -> Results:
+    """The `Results` of a study, below the folder that snakemake works in."""
+    return Results(f"{RESULTS}/{study}")
 
-    ``begun``: when the workflow began, as `time.time` has it.
-    """
+
+def errors_in(logs: str | Path, begun: float = 0.0) -> dict[str, Path]:
+    """Sentences of jobs that failed, each with its first log; of none from before ``begun``."""
     found: dict[str, Path] = {}
     for path in sorted(Path(logs).rglob("*.log")):
         if path.stat().st_mtime >= begun:

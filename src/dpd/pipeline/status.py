@@ -1,15 +1,10 @@
-"""What of a study, or of runs of one's own, is at work, done, stopped, failed or waits.
-
-It is read from locks, checkpoints, results and logs, and nothing is changed.
-"""
-
-from __future__ import annotations
+"""What of a study, or of one's own runs, is at work, done, stopped, failed or waits: only read."""
 
 import os
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,11 +16,7 @@ from dpd.pipeline.paper import CONFIG, SEEDED, read_config, read_paper, studies
 from dpd.pipeline.paths import Results, errors_in, results_of
 from dpd.runs import worker_on
 from dpd.runs.result import checkpoint_path, is_made
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from dpd.scene.scene import Scene
+from dpd.scene.scene import Scene
 
 AT_WORK, DONE, STOPPED, FAILS, WAITS = "at work", "done", "stopped", "failed", "waiting"
 STATES = (AT_WORK, DONE, STOPPED, FAILS, WAITS)
@@ -83,10 +74,7 @@ def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -
 def status_of(
     path: Path | None, papers: Sequence[str] | None = None
 ) -> tuple[str, list[RunStatus]]:
-    """A title, and the runs in a folder, the one of a path, or those of a study.
-
-    The study has that name, or its results lie in that folder; None is for config/config.yaml's.
-    """
+    """A title, and the runs of a folder, a run.nc, a study, or if None that of config.yaml."""
     paths = [] if path is None else _runs_in(path) if path.is_dir() else [path]
     own = [look_at((str(each),), each) for each in paths]
     if own and own[0].state != WAITS:
@@ -210,10 +198,7 @@ def _line(run: RunStatus) -> str:
 
 
 def seconds_left(runs: Sequence[RunStatus]) -> float | None:
-    """Of wall clock for all runs on as many cores as are at work, by the mean of the known rates.
-
-    None where nothing is at work, or no rate is known.
-    """
+    """Of wall clock, for all runs on the cores at work at their mean rate; None if not known."""
     known = [(run, run.beads, run.steps) for run in runs if run.beads and run.steps]
     rates = [run.rate * beads for run, beads, _ in known if run.rate]
     at_work = sum(run.state == AT_WORK for run in runs)

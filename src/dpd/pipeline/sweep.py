@@ -1,26 +1,22 @@
 """A sweep: what its file says, and from a scene or a theory and axes to points."""
 
-from __future__ import annotations
-
 import re
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from itertools import product
 from math import prod
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
 from zlib import crc32
 
 from pydantic import Field
 
-from dpd.digest import value_digest
+from dpd.digests import value_digest
 from dpd.errors import UserError, shown, suggestion
-from dpd.own import calculations_of
 from dpd.page import NAMES, OneOr, OneOrMore, Refusals, Section, inside, setting
+from dpd.page.own import calculations_of
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import changed, merge, read_section
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
-    from pathlib import Path
 
 MOST_POINTS = 5000  # of a sweep; Snakemake is slow from some thousand jobs on
 LONGEST_NAME = 200  # letters of a point; a file system has names of up to 255
@@ -216,17 +212,13 @@ class Axis(NamedTuple):
 
 @dataclass(frozen=True)
 class Sweep:
-    """A family of runs, the last axis of which is ``replica``; or of calculations of one kind.
-
-    ``series`` names the time series that are kept whole where all runs share one time axis.
-    Until the sweeps that ``derived`` names have run, the scenes hold stand-ins for its values.
-    """
+    """A family of runs, the last axis of which is ``replica``; or of calculations of one kind."""
 
     name: str
     axes: tuple
     points: tuple
-    series: tuple = ("kT",)
-    derived: dict[str, Derive] = field(default_factory=dict)
+    series: tuple = ("kT",)  # kept whole where all runs share one time axis
+    derived: dict[str, Derive] = field(default_factory=dict)  # stand-ins until they are measured
 
     @property
     def calculated_digest(self) -> str:
@@ -244,22 +236,17 @@ class Sweep:
 
     def point(self, name: str) -> Point:
         """A point by name; `UserError` if the sweep has no such point."""
-        for point in self.points:
-            if point.name == name:
-                return point
-        names = [point.name for point in self.points]
-        raise UserError(f"sweep {self.name}: no point {name!r}; {suggestion(name, names)}")
+        points = {point.name: point for point in self.points}
+        if name not in points:
+            raise UserError(f"sweep {self.name}: no point {name!r}; {suggestion(name, points)}")
+        return points[name]
 
 
 def unfold(
     paper: str, name: str, given: SweepFile, key: str, folder: str | Path = "", seed: int = 1,
     only: Collection[str] = (),
 ) -> Sweep:  # fmt: skip
-    """All points of a sweep, or some ``only``, if it has those.
-
-    ``key``: file and key of the sweep, for messages; ``folder``: from which paths of files to start
-    from count; ``seed``: of the study.
-    """
+    """All points of a sweep, or ``only`` some; ``key`` for messages, ``folder`` for paths in it."""
     axes = [
         Axis(name, tuple(axis.taken), axis.units, axis.long_name or name.replace("_", " "))
         for name, axis in (given.axes or {}).items()
@@ -300,15 +287,12 @@ def _places(axes: list[Axis], key: str, only: Collection[str]) -> Iterator[tuple
 
 
 def _placed(base: Any, given: SweepFile, labels: tuple, key: str, where: str) -> dict[str, Any]:
-    """The scene or theory of a point: the sweep's own, with what the labels of its axes change.
-
-    Refused where a later axis undoes the value of another one. A map of labels may set defaults.
-    """
+    """The scene or theory of a point, refused where an axis undoes the value of another one."""
     values = {}
     for (name, axis), label in zip((given.axes or {}).items(), labels):
         change = axis.change(label, f"{key}.axes.{name}")
         base = merge(base, change, where)
-        if axis.keys:
+        if axis.keys:  # a map of labels may set defaults
             values[name] = change
     for name, change in values.items():
         if merge(base, change, where) != base:
@@ -320,10 +304,7 @@ def _placed(base: Any, given: SweepFile, labels: tuple, key: str, where: str) ->
 
 
 def _run_of(data, given, seeds, where, folder):
-    """The scene of a point, with noise of its own, and one start for the points of a replica.
-
-    The seeds follow from names alone, so a point keeps its own when others are added.
-    """
+    """The scene of a point, with noise by its name alone, and one start for those of a replica."""
     scene = data
     try:
         scene = _sampled(scene, _whole(given.sampling))
@@ -342,10 +323,7 @@ def _sampled(scene, factor):
     duration = {part: factor * time for part, time in duration.items()}
     longer = merge(scene, {"steps": steps, "duration": duration})
     if factor != 1 and isinstance(schedule := scene.get("schedule"), list):
-        longer["schedule"] = [
-            each | {"step": round(factor * each["step"])} if "step" in each else each
-            for each in schedule
-        ]
+        longer["schedule"] = [each | {"step": round(factor * each["step"])} for each in schedule]
     return longer
 
 

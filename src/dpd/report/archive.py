@@ -1,6 +1,4 @@
-"""What git keeps of studies: of each its table of verdicts, of the long one figures with their
-numbers; and two studies held against each other.
-"""
+"""What git keeps of studies: verdicts, of the long one figures with numbers; and how two differ."""
 
 import hashlib
 import math
@@ -24,8 +22,8 @@ from dpd import files
 from dpd.analysis.collect import load
 from dpd.analysis.statistics import COVERAGE, MANY, widening
 from dpd.analysis.verdicts import COLUMNS
-from dpd.digest import ROOT
 from dpd.errors import UserError
+from dpd.folders import ROOT
 from dpd.pipeline.paper import SEEDED, Paper, read_config, read_paper, read_study
 from dpd.pipeline.paths import LONG_STUDY, Results, commit, library_versions, processor, results_of
 from dpd.report.figures import call, load_module, verdicts_of
@@ -39,7 +37,7 @@ LIMIT = 10_000_000  # bytes of an archive: git keeps every version of it for eve
 HEAD = """\
 # Written by `python -m dpd archive`: what made the files beside this one, and their checksums.
 # `figures` names the entry of `parts` that made each: a figure that is not drawn where that is
-# called stays.
+# called stays. `minutes`: from the first file of the study to its last.
 """
 KEY = ["paper", "figure", "quantity"]
 DRAWS = 400  # of two errors, which say how far their values should differ
@@ -56,9 +54,8 @@ MEANING = (
 def keep(study: str, runs_from: float = math.inf) -> list[Path]:
     """Keep of a study what git is to have of it, and name what has changed.
 
-    Of the long one see `keep_whole`; of others the verdicts of all papers and, of the seed 1, the
-    pictures beside files of figures, as wide as before. Raises `UserError` if there is no such
-    study, or it has no verdicts.
+    Of the long one see `keep_whole`; of others the verdicts, how long it took and, of the seed 1,
+    pictures as wide as before. Raises `UserError` if there is no such study, or it has no verdicts.
     """
     read_study(study)  # a name that is none would lead elsewhere
     results = results_of(study)
@@ -67,7 +64,11 @@ def keep(study: str, runs_from: float = math.inf) -> list[Path]:
         return keep_whole(study, results, every, runs_from)
     source = Path(results.verdicts())
     papers = sorted({row["paper"] for row in read_rows(source)})
-    contents = {f"{study}/{VERDICTS}": source.read_bytes()}
+    written = [each.stat().st_mtime for each in Path(results.folder).rglob("*.*")]
+    took = {"minutes": round((max(written) - min(written)) / 60, 1)}  # where it was made at once
+    table = {VERDICTS: source.read_bytes()}
+    manifest = manifest_text({"study": study} | took | _made_by() | {"files": {}}, table)
+    contents = {f"{study}/{VERDICTS}": table[VERDICTS], f"{study}/{MANIFEST}": manifest.encode()}
     for paper in [] if SEEDED.fullmatch(study) else papers:
         for archived in pictures(paper):
             drawn = Path(results.figure(paper, archived.stem, "png"))
@@ -75,6 +76,14 @@ def keep(study: str, runs_from: float = math.inf) -> list[Path]:
                 with Image.open(archived) as old:
                     contents[str(archived)] = small_png(drawn, old.width)
     return write_changed(ARCHIVE, contents)
+
+
+def _made_by():
+    return {
+        "commit": commit(), "date": datetime.now(UTC).strftime("%Y-%m-%d"),
+        "machine": {"processor": processor(), "cores": os.cpu_count() or 1},
+        "versions": library_versions(),
+    }  # fmt: skip
 
 
 def pictures(paper: str) -> list[Path]:
@@ -122,21 +131,15 @@ def table_text(rows: Sequence[Row]) -> bytes:
 def keep_whole(
     study: str, results: Results, papers: Sequence[Paper], runs_from: float = math.inf
 ) -> list[Path]:
-    """Keep figures with their numbers, as far as they are made; those of before stay, while the
-    papers ask for them. ``runs_from``: hours; runs that took as long or longer are kept as well.
+    """Keep figures and numbers as far as made, else those of before; and runs of that many hours.
 
-    Raises `UserError` if nothing is there, or the archive would be larger than `LIMIT`; then
-    nothing changes.
+    Raises `UserError`, and nothing changes, if nothing is there, or it would be above `LIMIT`.
     """
-    target, former = ARCHIVE / study, manifest_of(study)
-    made = {
-        "commit": commit(), "date": datetime.now(UTC).strftime("%Y-%m-%d"),
-        "machine": {"processor": processor(), "cores": os.cpu_count() or 1},
-        "versions": library_versions(),
-    }  # fmt: skip
+    target, former, made = ARCHIVE / study, manifest_of(study), _made_by()
     part = f"{made['date']} {made['commit']}"
     parts = former.get("parts", {}) | {part: made}
     figures, rows, drawn = {}, [], False
+    before = read_rows(target / VERDICTS) if former else []
     contents: dict[str, bytes] = {}
     for paper, figure in [(each.name, figure) for each in papers for figure in each.figures]:
         name = f"{paper}/{figure}"
@@ -151,8 +154,7 @@ def keep_whole(
             figures[name] = former["figures"][name]
             kept = [f"{name}.png", f"{name}.nc"]
             contents |= {each: (target / each).read_bytes() for each in kept}
-            archived = read_rows(target / VERDICTS)
-            rows += [row for row in archived if f"{row['paper']}/{row['figure']}" == name]
+            rows += [row for row in before if f"{row['paper']}/{row['figure']}" == name]
     runs = dict(_long_runs(target, papers, results, runs_from))
     if not drawn and not runs:
         raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
@@ -176,7 +178,7 @@ def keep_whole(
 
 
 def write_changed(target: Path, contents: dict[str, bytes]) -> list[Path]:
-    """Write files, by their names below a folder, and name those that have changed."""
+    """Write files, by their names below a folder or anywhere, and name those that have changed."""
     changed = []
     for name, data in contents.items():
         path = target / name
@@ -188,15 +190,11 @@ def write_changed(target: Path, contents: dict[str, bytes]) -> list[Path]:
 
 @mpl.rc_context(LOOK)
 def redraw(study: str) -> list[Path]:
-    """Draw and judge again what an archive keeps the numbers of, and name what has changed.
-
-    Raises `UserError` if there is no such study, its archive keeps no figures, or a figure file
-    does not understand the numbers; then nothing changes.
-    """
+    """Draw and judge archived numbers again, or else `UserError`, and name what has changed."""
     read_study(study)  # a name that is none would lead elsewhere
     target, manifest = ARCHIVE / study, manifest_of(study)
-    if not manifest:
-        raise UserError(f"{target / MANIFEST}: missing; no figures are archived")
+    if "figures" not in manifest:
+        raise UserError(f"{target / MANIFEST}: no figures are archived there")
     contents, rows = {}, []
     for name in manifest["figures"]:
         paper, figure = name.split("/")
@@ -230,9 +228,7 @@ def _long_runs(target, papers, results, hours):
 
 
 def restore(study: str) -> list[Path]:
-    """Put the long runs of an archive where Snakemake looks for them, so that a study can go on on
-    another machine, and name those that were not there; `UserError` if the archive has none.
-    """
+    """Put archived runs where Snakemake looks, and name them; `UserError` if there is none."""
     read_study(study)
     papers = [read_paper(name, study) for name in read_config()["papers"]]
     every = [(ARCHIVE / study / name, path) for name, path in _runs(papers, results_of(study))]
@@ -247,9 +243,7 @@ def restore(study: str) -> list[Path]:
 
 
 def table_of(name: str | Path) -> pd.DataFrame:
-    """The verdicts of a study, as far as it is, by its name, a folder of results or of an archive,
-    or one table; `UserError` if there are none.
-    """
+    """The verdicts of a study by name, folder, archive or table; `UserError` if there are none."""
     for place in (Path(name), Path(results_of(str(name)).folder), ARCHIVE / str(name)):
         drawn = [place] if place.is_file() else sorted(place.glob("*/figures/*.csv"))
         if found := drawn or sorted(place.glob("verdicts.csv")):

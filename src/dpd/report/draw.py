@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,13 +19,11 @@ from dpd.errors import UserError, shown
 from dpd.files import check_output, replace_whole
 from dpd.particles import read
 from dpd.particles.netcdf import fields_of, particles_of, read_fields
-from dpd.particles.particles import Particles, checked, molecules_of
+from dpd.particles.particles import Particles
 from dpd.report.draw_fields import AXES, draw_fields, draw_legend, refuse_unknown
 from dpd.report.style import LOOK, MANY, OF_SPECIES, SINGLE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
 
 SCREEN = 96  # pixels of a browser per inch
@@ -116,7 +115,7 @@ def draw(
         if len(frames) != 1:
             raise UserError("frame: a picture of beads shows one; slices and surfaces show several")
         if isinstance(source, Particles):
-            particles = checked(source, path)
+            particles = source.checked(path)
         elif isinstance(source, (str, Path)):
             particles = read(source, frames[0])
         else:
@@ -195,7 +194,7 @@ def _colours(particles, colour, path):
         allowed = "allowed are species and, where beads are bonded, molecule"
         raise UserError(f"{path}: colour {shown(colour)}: {allowed}")
     if colour == "molecule":
-        molecules = molecules_of(particles)
+        molecules = particles.molecules
         alone = np.bincount(molecules)[molecules] == 1
         chosen = np.where(alone, len(MANY), molecules % len(MANY))
         return to_rgba_array([*MANY, GRAY])[chosen, :3], {}

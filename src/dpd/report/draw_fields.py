@@ -42,7 +42,7 @@ def draw_fields(
         plane = _plane(fields, slice, path)
         right, up = (k for k in range(3) if k != plane[0])
         rows, columns = len(names), len(numbers)
-        _draw_slices(figure, fields, numbers, names, plane, smooth)
+        _draw_slices(figure, fields, numbers, names, plane, right, up, smooth)
     else:
         right, up = 0, fields.dimension - 1
         rows = -(-len(numbers) // IN_A_ROW)
@@ -112,15 +112,13 @@ def slice_of(
 ) -> np.ndarray:
     """A smoothed density in a plane across an axis: an image for `matplotlib.pyplot.imshow`."""
     places = [middles(min(int(np.ceil(e / PIXEL)), MOST_PIXELS), e) for e in box]
-    if len(box) == 2:
-        return smoothed(density, box, places, width).T
-    places[axis] = np.array([place])
-    return smoothed(density, box, places, width).squeeze(axis).T
+    if len(box) == 3:
+        places[axis] = np.array([place])
+    return smoothed(density, box, places, width).squeeze().T
 
 
-def _draw_slices(figure, fields, numbers, names, plane, width):
+def _draw_slices(figure, fields, numbers, names, plane, right, up, width):
     """A row for each species with one scale of colours, a column for each time."""
-    right, up = (k for k in range(3) if k != plane[0])
     panels = figure.subplots(len(names), len(numbers), squeeze=False, sharex=True, sharey=True)
     for row, name in zip(panels, names):
         density = fields.density[:, fields.names.index(name)]
@@ -206,7 +204,7 @@ def draw_bodies(
     """Draw surfaces, (triangles, colour) from `triangles_around`, in the box with its scales."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    colours = [to_rgb(colour) for triangles, colour in bodies for _ in triangles]
+    colours = [rgb for triangles, colour in bodies for rgb in [to_rgb(colour)] * len(triangles)]
     corners = np.concatenate([triangles for triangles, _ in bodies])
     if len(corners):
         axes.add_collection3d(Poly3DCollection(

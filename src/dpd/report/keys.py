@@ -1,6 +1,6 @@
 """Keys of sections as rows of a table: what each may be, its unit, its default, what it means."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from pydantic.json_schema import GenerateJsonSchema
@@ -71,9 +71,9 @@ def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
     """All keys of a scene, with those of some pages of one's own."""
     terms, observables, starts = _pages(own)
     begin = {row.key: row for row in section_rows(Start, "start", "")}  # what all methods have
-    told = " ".join(f"{key}: {text_of(page)}" for key, page in starts.items())
+    said = " ".join(f"{key}: {text_of(page)}" for key, page in starts.items())
     begin["start"] = begin["start"]._replace(meaning=Start.summary())
-    begin["start.method"] = begin["start.method"]._replace(allowed=", ".join(starts), meaning=told)
+    begin["start.method"] = begin["start.method"]._replace(allowed=", ".join(starts), meaning=said)
     found = [*rows_of(Basics, ""), *begin.values()]
     for key, page in starts.items():
         more = [row for row in rows_of(page, "start.") if row.key not in begin]
@@ -148,16 +148,3 @@ def _allowed(given):
     kind = "object" if "$ref" in given else given.get("type", "value")
     limits = [f" {sign} {given[key]:.12g}" for key, sign in SIGNS.items() if key in given]
     return WORDS.get(kind, kind) + ",".join(limits)
-
-
-def markdown_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table as Markdown."""
-    lines = [head, ["---"] * len(head), *rows]
-    # A "|" would end a cell.
-    cells = [[str(cell).replace("|", "\\|") for cell in line] for line in lines]
-    return "\n".join(f"| {' | '.join(line)} |" for line in cells)
-
-
-def key_table(rows: Iterable[Row]) -> str:
-    """A table of settings as Markdown."""
-    return markdown_table(Row._fields, ((f"`{row.key}`", *row[1:]) for row in rows))

@@ -14,8 +14,8 @@ from markupsafe import Markup
 from PIL import Image
 
 from dpd import files
-from dpd.digest import ROOT, paper_folder
 from dpd.files import replace_whole
+from dpd.folders import ROOT, paper_folder
 from dpd.pipeline.paper import Paper, read_paper
 from dpd.pipeline.paths import Results, commit, library_versions
 from dpd.report import rows as verdicts
@@ -36,9 +36,7 @@ def write_page(
     study: str, description: str, papers: Sequence[Paper], folder: str | Path, path: str | Path,
     archived: str | Path | None = None,
 ) -> None:  # fmt: skip
-    """Write the report of a study, from the figures that the folder of its results has so far;
-    ``archived`` is the verdict table of a long study, whose values stand beside those of this one.
-    """
+    """Write the report of a study, from its figures so far, beside verdicts of an archived one."""
     results = Results(str(folder))
     figures = [(paper.name, name) for paper in papers for name in paper.figures]
     made = [
@@ -91,20 +89,20 @@ def _paper(paper, study, results, rows, pictures, at, done):
     holds = {key for key, each in said.items() if each.holds(study, found)}
     figures = []
     for name in paper.figures:
-        judged = [row for row in own if row["entry"]["figure"] == name]
+        shown = [row for row in own if row["entry"]["figure"] == name]
         figure = _figure(paper.name, name, results, pictures.get((paper.name, name)), at)
-        numbered, told = NUMBERED.match(name), said.get(name)
-        topic = told.name if told else name[numbered.end() if numbered else 0 :].replace("_", " ")
+        numbered, note = NUMBERED.match(name), said.get(name)
+        topic = note.name if note else name[numbered.end() if numbered else 0 :].replace("_", " ")
         figures.append(figure | {
             "label": f"Fig. {numbered[1]}" if numbered else topic[:1].upper() + topic[1:],
             "topic": typeset(topic) if numbered else "",
-            "says": typeset(told.text) if told else "",
-            "ours": verdicts.with_values(told.ours, found) if name in holds else "",
-            "rows": judged,
-            "count": count(row for row in judged if row["kind"] == "simulated"),
-            "others": count(row for row in judged if row["kind"] != "simulated"),
+            "says": typeset(note.text) if note else "",
+            "ours": verdicts.with_values(note.ours, found) if name in holds else "",
+            "rows": shown,
+            "count": count(row for row in shown if row["kind"] == "simulated"),
+            "others": count(row for row in shown if row["kind"] != "simulated"),
         })  # fmt: skip
-        for row in judged:
+        for row in shown:
             row["source"] = f"{cited['name']}, {figures[-1]['label']}"
     units = [row for row in own if row["kind"] == "simulated"]
     return cited | {
@@ -144,9 +142,7 @@ def _figure(paper, name, results, picture, at):
 
 
 def _picture(path):
-    """A figure's picture and its thumbnail as data, both kept beside it, so that a page is made
-    anew within a second; and what the file says of itself.
-    """
+    """A figure's picture and thumbnail as data, kept beside it, and what it says of itself."""
     small, thumb = (path.with_suffix(f".{kind}.webp") for kind in ("small", "thumb"))
     with Image.open(path) as image:
         if not thumb.is_file() or thumb.stat().st_mtime_ns < path.stat().st_mtime_ns:
@@ -189,9 +185,7 @@ def _gap(inked):
 
 
 def glance(rows: Iterable[Row], papers: Sequence[Row]) -> Row:
-    """All numbers in two plots, with places in per cent of their width, so that they fit any: ours
-    over published, and z beside the normal law.
-    """
+    """All numbers in two plots, in per cent: ours over published, and z beside the normal law."""
     chosen = [r for r in rows if r["number"] is not None and r["mark"] != "n"]
     lanes, y = [], 16
     for paper in papers:
@@ -211,15 +205,17 @@ def glance(rows: Iterable[Row], papers: Sequence[Row]) -> Row:
             lanes.append(lane)
     decided = [row for row in chosen if math.isfinite(row["z"])]
     z = np.array([row["z"] for row in decided])
-    within = {mark: [np.clip(r["z"], -6, 6) for r in decided if r["mark"] == mark] for mark in "rd"}
-    tally = {mark: np.histogram(each, BINS)[0].tolist() for mark, each in within.items()}
-    bars = [{"r": r, "d": d} for r, d in zip(tally["r"], tally["d"])]
+    r, d = (
+        np.histogram(np.clip([row["z"] for row in decided if row["mark"] == mark], -6, 6), BINS)[0]
+        for mark in "rd"
+    )
     x = np.linspace(-6, 6, 121)
     normal = len(z) * 0.5 * np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
-    top = 1.08 * max(normal.max(), *(bar["r"] + bar["d"] for bar in bars), 1)
+    top = 1.08 * max(normal.max(), (r + d).max(), 1)
     points = [point for lane in lanes for point in lane["points"]]
     return {
-        "lanes": lanes, "height": y, "bars": bars, "top": top, "points": len(points), "n": len(z),
+        "lanes": lanes, "height": y, "bars": list(zip(r.tolist(), d.tolist())),
+        "top": top, "points": len(points), "n": len(z),
         "ticks": [(t, _on_axis(t)) for t in (0.5, 0.7, 0.8, 0.9, 1, 1.1, 1.25, 1.5, 2)],
         "near": sum(abs(point["row"]["ratio"] - 1) < 0.05 for point in points),
         "curve": " ".join(f"{100 * (a + 6) / 12:.2f},{100 - 100 * n / top:.2f}"

@@ -12,8 +12,8 @@ import yaml
 from markupsafe import Markup
 
 from dpd.analysis.verdicts import AGREE, COLUMNS, published
-from dpd.digest import ROOT, paper_folder
 from dpd.files import reading
+from dpd.folders import ROOT, paper_folder
 from dpd.report.text import GREEK, typeset, with_error
 
 Row = dict[str, Any]
@@ -28,10 +28,7 @@ NAMED = re.compile(r"\{([\w.]+)\}")
 
 
 def read_rows(*paths: str | Path) -> list[Row]:
-    """Rows of verdict tables, without pandas, which takes as long to import as a page to make.
-
-    Raises `UserError` if a table is missing, damaged or an older one.
-    """
+    """Rows of verdict tables, without slow pandas; `UserError` if one is missing, broken or old."""
     rows: list[Row] = []
     for path in paths:
         with (
@@ -46,13 +43,13 @@ def read_rows(*paths: str | Path) -> list[Row]:
                  for k in COLUMNS}
                 for row in table
             ]  # fmt: skip
+            if not all(row["verdict"] in MARKS for row in rows):
+                raise ValueError("a row without its verdict")
     return rows
 
 
 def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row]:
-    """Rows of a verdict table as the page shows them, with what ``archived``, such a table of a
-    long study, found for the same published value.
-    """
+    """Rows as the page shows them, beside what ``archived`` of a long study has for the same."""
     long_runs = {_key(entry): entry for entry in archived}
     rows: list[Row] = []
     named_last = ""

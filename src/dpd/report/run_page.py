@@ -1,13 +1,11 @@
 """The page of one run: what was measured, panel by panel, and what of it is off."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Iterator
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -15,11 +13,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from dpd.analysis.collect import load
+from dpd.analysis.diffusion import HALF, displacements, end_to_end
 from dpd.analysis.statistics import COVERAGE, averaged, block_mean_and_error, mean_and_error
 from dpd.errors import UserError
 from dpd.files import replace_whole
 from dpd.report.draw import draw
-from dpd.report.style import BLACK, BLUE, LOOK, OF_SPECIES
+from dpd.report.style import BLACK, BLUE, LOOK, OF_SPECIES, points
 from dpd.report.text import line_of, rendered, span, typeset, with_error
 from dpd.runs.result import scene_of
 from dpd.scene.scene import Scene
@@ -151,17 +150,23 @@ def profiles(run: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Figure]]:
 
 def over_lags(run: xr.Dataset, scene: Scene) -> Iterator[tuple[str, Figure]]:
     """What is compared over times apart: means over molecules; of displacements D(t), too."""
+    runs = run.assign(scene=((), run.attrs["scene"])).expand_dims("replica")
     for name, variable in run.data_vars.items():
         time = f"{variable.dims[0]}_time" if variable.ndim == 2 else ""
         if time not in run:
             continue
-        t, values = run[time].values, variable.values
-        mean, error = values.mean(axis=1), values.std(axis=1) / values.shape[1] ** 0.5
+        t, mean = run[time].values, variable.values.mean(axis=1)
+        error: Any = np.full(len(t), np.nan)
+        moves = name in ("msd_inner", "msd_centre")  # whose errors know what molecules do together
+        if (moves or name == "end_correlation") and variable.shape[1] > 1:
+            kind = str(name).removeprefix("msd_")
+            found = displacements(runs, kind, HALF) if moves else end_to_end(runs)[0]
+            t, (mean, error) = found.time, found.derived(lambda g: g)
         seen = (t > 0) & (mean > 0)
-        for per_time in (False, True) if str(name).startswith("msd") else (False,):
+        for per_time in (False, True) if moves else (False,):
             over = 2 * scene.dimension * t[seen] if per_time else 1.0
             figure, axes = _panel("time apart / tau", variable)
-            axes.errorbar(t[seen], mean[seen] / over, COVERAGE * error[seen] / over, fmt="o")
+            points(axes, t[seen], mean[seen] / over, error[seen] / over)
             axes.set(xscale="log", yscale="linear" if per_time else "log")
             if per_time:
                 axes.set_ylabel("D(t) = square / (2 d t)")

@@ -1,8 +1,9 @@
 """One look for all figures: column width, readable type, colours that all can tell apart."""
 
+from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib as mpl  # noqa: F401  for figures
+import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -23,26 +24,10 @@ MANY = (
     "#3f90da", "#ffa90e", "#bd1f01", "#832db6", "#a96b59", "#e76300", "#b9ac70", "#92dadd",
 )  # fmt: skip
 OF_SPECIES = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY, *MANY)
-LOOK: Any = {  # of matplotlib; whoever draws or writes a figure does it in `rc_context(LOOK)`
-    "font.size": 8,
-    "axes.titlesize": 8,
-    "legend.fontsize": 7,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.top": True,
-    "ytick.right": True,
-    "axes.linewidth": 0.7,
-    "lines.linewidth": 1.0,
-    "lines.markersize": 3.5,
-    "legend.frameon": False,
-    "legend.handlelength": 1.8,
-    "figure.constrained_layout.use": True,
-    "savefig.dpi": 300,
-    "pdf.fonttype": 42,
-    "svg.hashsalt": "dpd-papers",
-}
+# Whoever draws or writes a figure does it in `rc_context(LOOK)`.
+LOOK: Any = mpl.rc_params_from_file(
+    Path(__file__).with_name("look.mplstyle"), use_default_template=False
+)
 
 
 class Look(NamedTuple):

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations_with_replacement
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 from jinja2 import Environment, FileSystemLoader
 from markupsafe import Markup, escape
 
+from dpd.analysis.collect import cached_scene
 from dpd.page import is_table
 from dpd.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from types import ModuleType
-
-    import numpy.typing as npt
     import xarray as xr
 
 NARROW_SPACE = "\N{NARROW NO-BREAK SPACE}"
@@ -31,7 +31,7 @@ GREEK = {
 _GREEK = "|".join(GREEK)
 _NUMBER = r"[+-]?\d+(?:\.\d+)?"
 # In this order, on text whose <, > and & are escaped already.
-_RULES: list[tuple[str, Any]] = [
+RULES: list[tuple[str, Any]] = [
     # <l^2>, an average: no space inside the brackets.
     (r"&lt;(?! )([^&]*?)(?<! )&gt;", r"⟨\1⟩"),
     # Fig. 4 stays on one line, and so does Sec. III C, whose C is no spring constant.
@@ -72,15 +72,6 @@ _RULES: list[tuple[str, Any]] = [
     # a is an article as well.
     (r"(?<!\w)a\b(?= =|<su| ?ρ| [&≥≤])|(?<=[/−] )a\b|(?<=Δ)a\b|(?<=\d )a\b(?! \w)", "<i>a</i>"),
 ]  # fmt: skip
-RULES = [(re.compile(pattern), put) for pattern, put in _RULES]
-ERRORS = (
-    "Error bars: 95 % intervals, 1.96 standard errors. Those of series take the integrated "
-    "autocorrelation time into account, those of profiles come from blocks of the run, and both "
-    "are carried through to what is derived from them. They are widened by Student's t where few "
-    "independent samples have fixed them. Hollow, without a bar: the run is too short for an "
-    "error (fewer than about 20 correlation times). In legends, ± of this work is a 95 % interval, "
-    "too; that of a published value is as printed."
-)
 PREDICTING = ("gw-vv", "verlet-no-acceleration")  # the schemes that have a lambda to choose
 IF_GIVEN = re.compile(r"\[(.*?)\]")  # what a page's caption leaves out where all is as by default
 SETTING = re.compile(r"\{(\w+)\}")
@@ -92,7 +83,7 @@ def typeset(text: str) -> Markup:
     for place, part in enumerate(str(text).split("`")):
         safe = str(escape(part))
         for pattern, put in RULES if place % 2 == 0 else ():
-            safe = pattern.sub(put, safe)
+            safe = re.sub(pattern, put, safe)
         parts.append(f"<code>{safe}</code>" if place % 2 else safe)
     return Markup("".join(parts))
 
@@ -108,10 +99,10 @@ def named(paper: str) -> str:
     return paper.replace("_", " ").title()
 
 
-def rendered(template: str, **values: Any) -> str:
-    """A template of this folder, filled; what goes into HTML is escaped."""
+def rendered(template: str, folder: Path = Path(__file__).parent, **values: Any) -> str:
+    """A template of a folder, filled; what goes into HTML is escaped."""
     environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), autoescape=template.endswith(".html"),
+        loader=FileSystemLoader(folder), autoescape=template.endswith(".html"),
         trim_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
     environment.filters |= {"typeset": typeset, "label": label, "named": named}
@@ -154,22 +145,12 @@ def caption(
     figure: str, module: ModuleType, sources: Mapping[str, xr.Dataset], numbers: xr.Dataset
 ) -> str:
     """The caption of a figure as HTML; ``sources``: sweeps and measurements that made it."""
-    warned = list(module.warnings(numbers)) if hasattr(module, "warnings") else []
-    if not getattr(module, "SHOWS_TEMPERATURE", False):  # then just that is its topic
-        warned += run_warnings(sources)
     return rendered(
-        "caption.html",
+        "caption.html", module=module, numbers=numbers, sources=sources,
         whose=f"{label(figure)} of the paper" if NUMBERED.match(figure) else "Our own figure",
-        module=module,
-        sources=[
-            (name, source.attrs.get("description") or sweep_line(source))
-            for name, source in sources.items()
-        ],
+        sweep_line=sweep_line, warned=list(run_warnings(sources)),
         has_runs=any("scene" in source for source in sources.values()),
-        errors=getattr(module, "ERRORS", ERRORS),
-        warnings=warned,
-        table=module.table(numbers) if hasattr(module, "table") else None,
-    )
+    )  # fmt: skip
 
 
 def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
@@ -183,7 +164,7 @@ def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
 def sweep_line(sweep: xr.Dataset) -> str:
     """What a caption says of a collected sweep: system, forces, dynamics, sampling, axes."""
     texts = dict.fromkeys(map(str, sweep.scene.values.ravel()))
-    scenes = [Scene.of_result(text, "sweep") for text in texts]
+    scenes = [cached_scene(text, "sweep") for text in texts]
     line = line_of(scenes, sweep.sizes["replica"])
     swept = []
     for axis in (sweep[name] for name in sweep.kT.dims if name != "replica"):

@@ -1,38 +1,28 @@
 """One run at a time on an output: a lease on a file beside it; and how far the run is.
 
-The owner of a lease renews it every few seconds. It is taken over from a process that is no more on
-this machine, and from one that has not renewed it for two minutes on another machine of a cluster.
-Progress is a bar at a terminal, plain lines in a log, and a report for who looks at the lock.
+A lease is taken over from a process that is no more on this machine, and from one that has not
+renewed it for two minutes on another machine of a cluster.
 """
-
-from __future__ import annotations
 
 import json
 import os
-import signal
 import socket
 import sys
-import threading
 import time
-import warnings
 from collections import deque
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from filelock import SoftFileLease, Timeout
 
-from dpd.errors import UserError, reason, remedy
-from dpd.files import TEMPORARY
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from typing import Self
+from dpd.errors import UserError
+from dpd.files import TEMPORARY, writing
 
 POLL = 1.0  # s between looks whether the other run has ended
 SIGN = 10.0  # s between the owner's signs of life
 SILENCE = 120.0  # s without a sign after which a run on another machine is no more
-ROOM = 512  # bytes of a report, always as many: one write replaces the former
 LINE_EVERY = 20.0  # seconds between lines in a log
 REPORT_EVERY = 5.0  # seconds between reports
 REMEMBERED = 13  # reports that a rate comes from: the last minute, in which a machine may slow down
@@ -54,20 +44,14 @@ class Lock:
         self._lease, self._progress = lease, progress
 
     def report(self, data: dict[str, Any]) -> None:
-        """Tell others how far this run is; refuse to go on if one has taken it for dead.
-
-        That is what it is ``doing`` (its ``start``, or the ``run``), ``step``, ``steps``, ``rate``
-        in steps per second and ``time``.
-        """
+        """Tell others how far this run is; `UserError` if one has taken it for dead."""
         if self._lease.compromise:
             raise UserError(
                 f"{self._lease.lock_file}: another run took this one for dead, for it gave no sign "
                 f"of life for {SILENCE:g} s; it goes on there"
             )
         with suppress(OSError):  # a disk that is full, or away for a moment: the run goes on
-            place = os.open(self._progress, os.O_WRONLY | os.O_CREAT, 0o666)
-            with open(place, "wb", buffering=0) as file:  # in one piece, for who reads it
-                file.write(json.dumps(data).ljust(ROOM).encode())
+            self._progress.write_text(json.dumps(data))
 
 
 def _sidecar(path, suffix):
@@ -82,22 +66,20 @@ def _lease(path):
 
 
 @contextmanager
-def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> Iterator[Lock]:
-    """Be the only run at work on an output; ``wait`` for the other one instead of refusing.
+def alone(
+    path: str | Path, say: Callable[[str], None], wait: bool = False,
+    look: Callable[[], object] = bool,
+) -> Iterator[Lock]:  # fmt: skip
+    """Be the only run at work on an output, or ``wait`` for that; `UserError` if it cannot be.
 
-    ``say`` is called where a lock is taken over or waited for. Raises `UserError` if another run is
-    at work, or if there can be no lock.
+    ``look`` is called now and then while it waits, and may raise.
     """
     lease, progress = _lease(path), _sidecar(path, ".progress")
     place = Path(lease.lock_file)
-    try:
+    with writing(place):
         place.parent.mkdir(parents=True, exist_ok=True)
-        _take(lease, path, say, wait)
-    except OSError as problem:
-        raise UserError(
-            f"{place}: cannot be written ({reason(problem)}); {remedy(problem, place.parent)}"
-        ) from None
-    TEMPORARY.add(progress)
+        _take(lease, path, say, wait, look)
+    TEMPORARY.update((place, progress))
     try:
         yield Lock(lease, progress)
     finally:
@@ -107,14 +89,14 @@ def alone(path: str | Path, say: Callable[[str], None], wait: bool = False) -> I
         TEMPORARY.difference_update((place, progress))
 
 
-def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wait: bool) -> None:
+def _take(lease, path, say, wait, look):
     """Take a lease, if need be from a run that is no more."""
     said = ""
     while True:
         owner = worker_on(path)
         who = f"(process {owner.process} on {owner.host})" if owner else ""
         with suppress(Timeout):
-            _acquire(lease)
+            lease.acquire(blocking=False)
             if owner:
                 say(f"{lease.lock_file}: left by a run that was killed {who}; taking over")
             return
@@ -124,26 +106,8 @@ def _take(lease: SoftFileLease, path: str | Path, say: Callable[[str], None], wa
         if owner and busy != said:
             say(f"{busy}; waiting for it, or until it has given no sign of life for {SILENCE:g} s")
             said = busy
+        look()
         time.sleep(POLL)
-
-
-def _acquire(lease):
-    """Take it now; a signal waits until it is known to be ours, and so leaves no lock.
-
-    It may arrive in any thread, but Python handles it in the main one.
-    """
-    caught, former = [], {}
-    if threading.current_thread() is threading.main_thread():
-        signals = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-        former = {each: signal.signal(each, lambda *got: caught.append(got)) for each in signals}
-    try:
-        lease.acquire(blocking=False)
-        TEMPORARY.add(Path(lease.lock_file))
-    finally:
-        for each, handler in former.items():
-            signal.signal(each, handler)
-        for number, _ in caught:
-            signal.raise_signal(number)
 
 
 def worker_on(path: str | Path) -> Worker | None:
@@ -170,26 +134,20 @@ def worker_on(path: str | Path) -> Worker | None:
 
 
 class Progress:
-    """Callable with the number of steps done out of a ``total``; a context manager.
-
-    ``bar``: whether to show one; if not given, at a terminal and in a notebook, elsewhere lines.
-    """
+    """Callable with steps done of a ``total``; a ``bar``, if not given, only where one is seen."""
 
     def __init__(
-        self, total: int, label: str, bar: bool | None = None, lock: Lock | None = None,
-        doing: str = "run",
-    ) -> None:  # fmt: skip
-        self._total, self._label, self._lock, self._doing = total, label, lock, doing
+        self, total: int, label: str, bar: bool | None = None, lock: Lock | None = None
+    ) -> None:
+        self._total, self._label, self._lock = total, label, lock
         # A program without a terminal, or a script, may have none, or have closed it.
         self._silent = bar is False or sys.stderr is None or getattr(sys.stderr, "closed", False)
         self._bar = None
         notebook = "ipykernel" in sys.modules
         if total and not self._silent and (bar or notebook or sys.stderr.isatty()):
-            with warnings.catch_warnings():  # that bars in notebooks are an experiment
-                warnings.simplefilter("ignore")
-                from tqdm.auto import tqdm  # which hundreds of jobs without a terminal do not need
+            from tqdm.auto import tqdm  # which hundreds of jobs without a terminal do not need
 
-                self._bar = tqdm(total=total, desc=label, unit="step", dynamic_ncols=True)
+            self._bar = tqdm(total=total, desc=label, unit="step", dynamic_ncols=True)
         self._last = time.monotonic()
         self._marks: deque[tuple[float, int]] = deque(maxlen=REMEMBERED)
 
@@ -207,8 +165,7 @@ class Progress:
             before, first = self._marks[0] if self._marks else (now, done)
             self._marks.append((now, done))
             rate = (done - first) / (now - before) if now > before else None
-            report = {"doing": self._doing, "step": done, "steps": self._total, "rate": rate}
-            self._lock.report(report | {"time": time.time()})
+            self._lock.report({"step": done, "steps": self._total, "rate": rate})
 
     def __enter__(self) -> Self:
         return self

@@ -1,35 +1,27 @@
 """``integrator: {scheme: auto}``: try a step on the scene itself before anything is promised.
 
-`dpd.physics.integrator.choose` proposes a scheme and a step from what was measured for a fluid and
-a melt. Here the scene runs for a while with that step and with half of it. The step is taken if kT,
-and the pressure, are then within the tolerance with confidence; otherwise it is made shorter. The
-same scene and sources lead to the same choice.
+`dpd.physics.integrator.choose` proposes it; the scene runs with it and with half of it, and it is
+made shorter until kT and pressure are surely within the tolerance: the same for the same sources.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dpd.analysis.statistics import mean_and_error
-from dpd.digest import value_digest
+from dpd.digests import run_sources, value_digest
 from dpd.engine.loop import advance_looking
-from dpd.engine.neighbours import pair_histogram
+from dpd.engine.measure import pair_histogram
 from dpd.engine.simulation import Simulation, Unstable
 from dpd.engine.state import CONSERVATIVE, State
 from dpd.errors import UserError
 from dpd.observe.common.bins import ThermalMotion
 from dpd.scene.scene import Scene
-from dpd.sources import run_sources
 from dpd.start.common.make import system_of, thermal_velocities
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    Look = Callable[[], object]
-
+Look = Callable[[], object]
 SURE = 3.0  # standard errors: all looks together are right with 95 % confidence or more
 SHRINK = 0.4, 0.8  # of the step, the least and the most from one try to the next
 SHORTEST = 0.02  # of the proposed step, below which no try is made
@@ -98,10 +90,8 @@ def thermostat_time(scene: Scene, pushes: float) -> float:
 def settle(scene: Scene, state: State, look: Look = bool, before: Any = None) -> Scene:
     """The scene with a scheme and a step that were tried on it; itself if it names its scheme.
 
-    What was found is its ``chosen``; that of an earlier call, ``before``, is taken if scene and
-    sources are the same. The ``state`` at its start stays as it is. ``look`` is called several
-    times a second and may raise something to end the search. Raises `UserError` if no step could be
-    shown to be good within the work that the search may take.
+    What an earlier call found, ``before``, is taken if scene and sources are the same. ``look`` is
+    called several times a second, and may raise. `UserError` if no step is shown to be good.
     """
     if not scene.is_auto:
         return scene
@@ -141,10 +131,7 @@ def _searched(scene, state, look):
 
 
 def at_rest(scene: Scene, state: State, dt: float, look: Look = bool) -> tuple[State, float]:
-    """The start at its temperature, and the sum of w^2 over all pairs, per bead.
-
-    Velocities drawn anew again and again bring any system there, however rarely its beads meet.
-    """
+    """The start after velocities drawn anew, again and again; sum of w^2 over pairs, per bead."""
     kT, rng = scene.data["thermostat"]["kT"], np.random.default_rng(scene.data["seed"])
     simulation, pushes, w = _simulation(scene, state, dt), [], 1 - (np.arange(BINS) + 0.5) / BINS
     try:
@@ -162,10 +149,7 @@ def at_rest(scene: Scene, state: State, dt: float, look: Look = bool) -> tuple[S
 
 
 def _tried(scene, state, dt, memory, budget, look):
-    """Relative errors of kT and pressure with a step, how far these may be off, the bead-steps.
-
-    As good as a budget in bead-steps allows: the whole of it is taken if that is too little.
-    """
+    """Relative errors of kT and pressure, how unsure they are, and bead-steps, within a budget."""
     tolerance, settling = scene.terms["integrator"].tolerance, SETTLING * memory
     whole, half = (Probe(scene, state, step, look) for step in (dt, dt / 2))
     off, unsure, spent = np.zeros(2), np.full(2, np.inf), 0.0

@@ -1,37 +1,29 @@
 """What a result holds and warns of, and what is in the place of one.
 
-A run of one's own keeps its last configuration, which is for everybody (`dpd.particles.netcdf`),
-and in the group ``state`` what `dpd.runs.run.extend` needs: the arrays of its last checkpoint
-(`dpd.engine.loop.arrays_of`). People edit a scene and run it again: a result of the same
-scene is kept, and nothing else is replaced unless they ask for it.
+Beside its last configuration (`dpd.particles.netcdf`) a run of one's own keeps for `extend` the
+arrays of its last checkpoint (`dpd.engine.loop.arrays_of`), in the group ``state``.
 """
-
-from __future__ import annotations
 
 import json
 import os
 import resource
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from dpd import files
 from dpd.analysis.statistics import mean_and_error, trend
+from dpd.digests import run_sources
 from dpd.engine.loop import arrays_of, counts_from, file_of, put_back, stored_in
+from dpd.engine.simulation import Simulation
+from dpd.engine.state import State
 from dpd.errors import Occupied, UserError
 from dpd.page import Change
 from dpd.particles.netcdf import STATE, attributes_of, variables_of
-from dpd.particles.particles import last_configuration
+from dpd.particles.particles import of_state
 from dpd.scene.scene import Scene
-from dpd.sources import run_sources
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import State
-    from dpd.files import Variable
 
 
 class Former(NamedTuple):
@@ -53,7 +45,15 @@ def checkpoint_path(path: str | Path) -> Path:
 def read_former(path: str | Path) -> Former:
     """The finished run in a file; `UserError` if it is none that can be made longer."""
     attributes = files.attributes(path)
-    refuse_other(path, attributes)
+    if "scene" not in attributes or "scene_digest" not in attributes:
+        what = "a first configuration" if "start_digest" in attributes else "some other NetCDF file"
+        raise UserError(f"{path}: this is {what}, not the result of a run; name a run.nc")
+    lost = int(attributes.get("lost_step", -1))
+    if lost >= 0:
+        raise UserError(
+            f"{path}: this run was lost at step {lost} (it blew up, or its bonds got "
+            "too long), so nothing can go on from it; run its scene with a smaller dt"
+        )
     scene, arrays = scene_of(path, attributes), files.read(path, STATE)[0]
     if not arrays:
         raise UserError(
@@ -66,14 +66,11 @@ def read_former(path: str | Path) -> Former:
 
 
 def go_on_from(arrays: Mapping[str, np.ndarray], observers: list[Any], equilibrate: int) -> None:
-    """Put observables where those of a run planned otherwise have got to, by `arrays_of`.
-
-    One that would look now for the first time has yet to.
-    """
+    """Put observables where those of a run planned otherwise have got to, by `arrays_of`."""
     step = put_back(arrays, observers, equilibrate).step
     for each in observers:
         looks, taken = (step - counts_from(each, equilibrate)) // each.every, each.arrays["taken"]
-        if max(looks, 1) != max(taken, 1):
+        if max(looks, 1) != max(taken, 1):  # one that would look now first has yet to
             raise UserError(
                 f"observe.{each.key}: in a run of that length it looks every {each.every} steps, "
                 f"and has looked {taken[0]} times by step {step}; run the longer scene anew"
@@ -99,19 +96,6 @@ def _of_another_version(path):
     )
 
 
-def refuse_other(path: str | Path, attributes: Mapping[str, Any]) -> None:
-    """Refuse what is no result, and that of a run which was lost, by the attributes of a file."""
-    if "scene" not in attributes or "scene_digest" not in attributes:
-        what = "a first configuration" if "start_digest" in attributes else "some other NetCDF file"
-        raise UserError(f"{path}: this is {what}, not the result of a run; name a run.nc")
-    lost = int(attributes.get("lost_step", -1))
-    if lost >= 0:
-        raise UserError(
-            f"{path}: this run was lost at step {lost} (it blew up, or its bonds got "
-            "too long), so nothing can go on from it; run its scene with a smaller dt"
-        )
-
-
 def scene_of(path: str | Path, attributes: Mapping[str, Any]) -> Scene:
     """The scene of a result, with the step that was chosen for it; or of a checkpoint's note."""
     scene = Scene.of_result(attributes.get("scene"), str(path))
@@ -132,10 +116,7 @@ def is_made(scene: Scene, path: str | Path) -> bool:
 
 
 def result_there(scene: Scene, output: Path, say: Callable[[str], object]) -> Scene | None:
-    """The scene of a result that is there, if it is the same (``say`` tells); None for no file.
-
-    Raises `Occupied` if anything else is in its place, or in that of what lies beside it.
-    """
+    """The scene of a result, if it is the same (``say`` tells); None for no file; or `Occupied`."""
     checkpoint, sidecars = checkpoint_path(output), scene.files_beside(output).values()
     if not files.is_filled(output):
         refuse_to_lose(scene, checkpoint)
@@ -224,11 +205,10 @@ def write_result(
 ) -> Written:  # fmt: skip
     """Finish the files beside a result, and write that last, which says that all is there.
 
-    ``timed`` attributes say how the run went. Until then a kill costs no trajectory, and after it
-    none makes a second extension: for that ``save`` keeps the state at the end. A result that
-    ``keeps`` it has the last configuration, and its state for longer runs.
+    Before, ``save`` keeps the end: a kill costs no trajectory, and extends nothing twice. A result
+    that ``keeps`` it has the last configuration, and its state for longer runs.
     """
-    variables: dict[str, Variable] = {}
+    variables: dict[str, files.Variable] = {}
     for observer in observers:
         variables |= observer.variables()
     values = {name: np.asarray(variable[1]) for name, variable in variables.items()}
@@ -241,7 +221,7 @@ def write_result(
         file_of(observer).finish(path)
     found = _with_means(variables)
     if keeps:
-        last = last_configuration(scene, simulation.state)
+        last = of_state(scene, simulation.state)
         found, attributes = found | variables_of(last), attributes | attributes_of(last)
         groups = {STATE: arrays_of(simulation.state, observers)}
     files.write(path, found, attributes, groups)
@@ -274,14 +254,12 @@ def _attributes(scene, simulation, values, timed):
 
 
 def _with_means(variables):
-    """The same, each series with what `dpd.load` says of it; NaN where not known.
-
-    Those over ``sample``, whose times are ``time``, and of one's own pages, as ``x_sample``.
-    """
+    """The same, each series with what `dpd.load` says of it; NaN where not known."""
     found = dict(variables)
     for name, variable in variables.items():
         over = str(variable[0][0]) if len(variable[0]) == 1 else ""
         times = over.removesuffix("sample") + "time"
+        # Of one's own pages over x_sample, at x_time.
         if over.endswith("sample") and times in variables and name != times:
             mean, error, memory = mean_and_error(variable[1])
             step = float(np.ravel(variables[times][1])[0])
@@ -346,11 +324,12 @@ def temperature_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
     if (found := _off(values.get("kT", np.empty(0)), asked)) is None:
         return ""
     kT, mean, error = found
-    slope, driven = trend(np.arange(len(kT)), kT), {Change.FLOWS, Change.SLIDES} & scene.made.keys()
+    slope, slope_error, _ = trend(np.arange(len(kT)), kT)
+    driven = {Change.FLOWS, Change.SLIDES} & scene.made.keys()
     cause = "dt may be too large for this scene; a run with half of it tells"
     if not scene.takes_heat:
         cause = "without friction (every gamma is 0) nothing holds it"
-    elif abs(slope.slope) > SURE * slope.error and slope.slope * (mean - asked) < 0:
+    elif abs(slope) > SURE * slope_error and slope * (mean - asked) < 0:
         cause = "it was still on its way there; let the run equilibrate for longer"
     elif driven and mean > asked:
         cause = f"the flow heats the fluid, or {cause}"

@@ -1,55 +1,34 @@
 """A run: alone on its output, started, resumed or made longer, stopped when asked, and written."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from dpd import files
+from dpd.digests import run_sources
 from dpd.engine.loop import Checkpoint, refuse_other_file, stored_in
 from dpd.engine.loop import run as run_steps
 from dpd.engine.simulation import Simulation
+from dpd.engine.state import State
 from dpd.errors import LostRun, Stopped, UserError
 from dpd.files import remove_drafts, unfinished
 from dpd.jit import COMPILING
 from dpd.observe.common.measured import observables
-from dpd.runs import Progress, alone
-from dpd.runs.result import (
-    Former,
-    checkpoint_path,
-    go_on_after,
-    is_made,
-    read_former,
-    refuse_other,
-    refuse_to_lose,
-    remove_left,
-    result_there,
-    scene_of,
-    summary,
-    write_result,
-)
+from dpd.runs import Progress, alone, result
 from dpd.scene.scene import Scene
-from dpd.sources import run_sources
 from dpd.start import start_digest, start_work
 from dpd.start.common.make import make_start, system_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from dpd.engine.state import State
 
 NETCDF = ".nc"
 WARNING = "warning: "
@@ -106,60 +85,53 @@ def run(
 ) -> dict[str, float]:
     """Run a scene, go on with one that was stopped or killed, or wait for one that is at work.
 
-    Without a ``start`` the first configuration is made; for a run of one's own it is made there if
-    there is none. The result is a summary, see `dpd.runs.result.summary`. Raises `UserError` if
-    it cannot be, see `dpd.runs.alone` and `simulate`, or would replace something unasked;
-    `Stopped` if a signal asked for it.
+    A ``start`` that is not given, or not there, is made. Returns `dpd.runs.result.summary`. Raises
+    `UserError` if it cannot be, or would replace something unasked; `Stopped` by a signal.
     """
     inputs = [start] if start else []
     inputs += [Path(scene.where)] if Path(scene.where).is_file() else []
     sidecars = _sidecars(scene, output, inputs)
-    with alone(output, options.say, wait=not options.own) as lock:
+    with (
+        stop_on(options.signals) as stopping,
+        alone(output, options.say, not options.own, partial(_stoppable, stopping)) as lock,
+    ):
         if (made := _made(scene, output, start, options)) is not None:
             return _as_it_is(made, output)
-        with stop_on(options.signals) as stopping:
-            begun, COMPILING.tell = time.perf_counter(), options.tell
-            _resumed(output, sidecars)
-            label = f"{options.label}: start"
-            with options.progress(start_work(scene), label, lock=lock, doing="start") as shown:
-                look = partial(_stoppable, stopping, shown)
-                scene, state = _first(scene, start, options, look)
-            if scene.is_auto:
-                from dpd.runs.auto import settle
+        begun, COMPILING.tell = time.perf_counter(), options.tell
+        _resumed(output, sidecars)
+        with options.progress(start_work(scene), f"{options.label}: start", lock=lock) as shown:
+            scene, state = _first(scene, start, options, partial(_stoppable, stopping, shown))
+        if scene.is_auto:
+            from dpd.runs.auto import settle
 
-                stored = stored_in(sidecars[0])
-                before = stored.note.get("chosen") if stored else None
-                scene = settle(scene, state, partial(_stoppable, stopping), before)
-                options.tell((scene.chosen or {})["said"])
-            with options.progress(sum(scene.steps), options.label, lock=lock) as progress:
-                return simulate(scene, output, state, options, progress, stopping, begun)
+            stored = stored_in(sidecars[0])
+            before = stored.note.get("chosen") if stored else None
+            scene = settle(scene, state, partial(_stoppable, stopping), before)
+            options.tell((scene.chosen or {})["said"])
+        with options.progress(sum(scene.steps), options.label, lock=lock) as progress:
+            return simulate(scene, output, state, options, progress, stopping, begun)
 
 
 def extend(
     run: Path, sample: int, output: Path, options: Options = Options(own=True)
 ) -> dict[str, float]:
-    """Make a run longer by steps of sampling, or go on with that where it was stopped or killed.
-
-    The ``output`` may be the file of the run, which stays until the longer one is whole. See `run`.
-    """
-    sample, attributes = whole("sample", sample), files.attributes(run)
-    refuse_other(run, attributes)
-    shorter = scene_of(run, attributes)
+    """Make a run longer by steps of sampling, in its place or another, or go on; see `run`."""
+    sample, shorter = whole("sample", sample), result.read_former(run).scene
     inputs = [] if output == run else [run, *shorter.files_beside(run).values()]
     sidecars = _sidecars(shorter, output, inputs)
-    with alone(output, options.say) as lock:
-        begun, former = time.perf_counter(), read_former(run)  # now nobody else is at work on it
+    with stop_on(options.signals) as stopping, alone(output, options.say) as lock:
+        former = result.read_former(run)  # now nobody else is at work on it
         steps = former.scene.data["steps"] | {"sample": former.scene.steps.sample + sample}
         scene, there = Scene(former.scene.data | {"steps": steps}, former.scene.where), None
         scene.chosen, step = former.scene.chosen, former.state.step
         before = int(former.attributes.get("extended_from_step", step))
         if output != run:
-            there = None if options.overwrite else result_there(scene, output, options.say)
-        elif remove_left(sidecars[0], former.scene) and step == before + sample:
+            there = None if options.overwrite else result.result_there(scene, output, options.say)
+        elif result.remove_left(sidecars[0], former.scene) and step == before + sample:
             there = former.scene
             options.say(f"{run}: has been made longer before, by a command that was killed then")
         elif not options.overwrite:
-            refuse_to_lose(scene, sidecars[0])
+            result.refuse_to_lose(scene, sidecars[0])
         if there is not None:
             return _as_it_is(there, output)
         if former.attributes.get("sources") != run_sources(scene):
@@ -168,16 +140,14 @@ def extend(
                 "those of a run that was made today"
             )
         _resumed(output, sidecars)
-        shown = options.progress(sum(scene.steps), f"{run}: longer", lock=lock)
-        with stop_on(options.signals) as stopping, shown as progress:
+        with options.progress(sum(scene.steps), f"{run}: longer", lock=lock) as progress:
             progress(step)  # so that the lock says how long it is to become
-            begin = former.state
-            return simulate(scene, output, begin, options, progress, stopping, begun, former)
+            return simulate(scene, output, former.state, options, progress, stopping, former=former)
 
 
 def _sidecars(scene, output, inputs):
     """The checkpoint of a result, then its sidecar files; refused where a file would be lost."""
-    sidecars = [checkpoint_path(output), *scene.files_beside(output).values()]
+    sidecars = [result.checkpoint_path(output), *scene.files_beside(output).values()]
     for path in (output, *sidecars):
         files.check_output(path, NETCDF if path == output else "", inputs)
     refuse_other_file(sidecars[0])
@@ -211,17 +181,16 @@ def _first(scene, start, options, progress):
 
 def _as_it_is(scene, output):
     """The summary of a result that stays; a checkpoint of its run is of no more use."""
-    remove_left(checkpoint_path(output), scene)
-    return summary(scene, *files.read(output))
+    result.remove_left(result.checkpoint_path(output), scene)
+    return result.summary(scene, *files.read(output))
 
 
 @contextmanager
 def stop_on(signals: Sequence[int]) -> Iterator[Callable[[], int]]:
     """While a run looks whether it is asked to stop: yields what returns that signal, or 0.
 
-    The first signal asks for it, a second Ctrl-C does what it did before. Those that the caller
-    has ignored, as nohup does, stay so. Python tells its main thread alone of signals: nobody asks
-    a run in another one.
+    The first one asks, a second Ctrl-C does what it did before; what is ignored, as by nohup, stays
+    so. Python tells its main thread alone of signals: nobody asks a run in another one.
     """
     came: list[tuple[int, float]] = []
 
@@ -254,17 +223,14 @@ def _stoppable(stopping, shown=None, done=0):
 
 
 def _made(scene, output, start, options):
-    """The scene of a result that is there already and stays.
-
-    For Snakemake it is of the same sources too: made while this run waited, or before a kill.
-    """
+    """The scene of a result that is there and stays; for Snakemake, of the same sources, too."""
     if options.own:
         if start is not None and start.exists():
             from dpd.start.common.files import begins_with
 
             scene = begins_with(scene, start, lambda sentence: None)
-        return None if options.overwrite else result_there(scene, output, options.say)
-    if not is_made(scene, output):
+        return None if options.overwrite else result.result_there(scene, output, options.say)
+    if not result.is_made(scene, output):
         return None
     options.tell(f"{output}: is there already, of the same scene and the same sources")
     return scene
@@ -278,38 +244,34 @@ def simulate(
     progress: Callable[[int], object] | None = None,
     stopping: Callable[[], int] | None = None,
     begun: float | None = None,
-    former: Former | None = None,
+    former: result.Former | None = None,
 ) -> dict[str, float]:
-    """Run a scene from a first configuration and write what it observed, in the end and whole.
+    """Run a scene from a start, or from the end of ``former``, and write what it observed, whole.
 
-    The ``state`` is a start or the end of a shorter run, which is ``former`` then; for ``progress``
-    and ``stopping`` see `dpd.engine.loop.run`. ``begun`` is when the work began, as
-    `time.perf_counter` has it. Raises `UserError` if the run blows up or is stopped; the last
-    checkpoint stays.
+    For ``progress`` and ``stopping`` see `dpd.engine.loop.run`; ``begun``: by `time.perf_counter`.
+    Raises `UserError` if the run blows up or is stopped; the last checkpoint stays.
     """
     begun = time.perf_counter() if begun is None else begun
     systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
     simulation = Simulation(systems[0][1], state, options.threads)
     observers = observables(scene, systems[0][1], path, state)
     if former:
-        go_on_after(former, observers)
+        result.go_on_after(former, observers)
     keeper, keeps = None, scene.data.get("keep_state", options.own)
     if options.every_seconds is not None:
         key = {"scene": scene.digest, "sources": run_sources(scene), "kept": keeps}
         note = {"chosen": scene.chosen, "scene": json.dumps(scene.data)}
-        keeper = Checkpoint(checkpoint_path(path), key, note)
+        keeper = Checkpoint(result.checkpoint_path(path), key, note)
     running, lost = time.perf_counter() - COMPILING.duration, -1
     try:
         done = run_steps(
             simulation, scene.steps, observers, keeper, progress, options.every_seconds or 0.0,
             stopping, options.say, systems,
         )  # fmt: skip
-    except LostRun as problem:
-        if scene.data["unstable"] != "record":
+    except UserError as problem:
+        if not isinstance(problem, LostRun) or scene.data["unstable"] != "record":
             raise _with_place(problem, scene, keeper) from None
         done = lost = problem.step
-    except UserError as problem:
-        raise _with_place(problem, scene, keeper) from None
     now, compiled = time.perf_counter(), COMPILING.duration
     timed = {
         "lost_step": lost,
@@ -321,7 +283,7 @@ def simulate(
     save = partial(keeper.save, simulation, observers) if keeper and lost < 0 else None
     keeps = keeps and lost < 0
     try:
-        found = write_result(Path(path), scene, simulation, observers, timed, keeps, save)
+        found = result.write_result(Path(path), scene, simulation, observers, timed, keeps, save)
     except UserError as problem:
         if save and (unsaved := save()):
             problem = UserError(f"{problem}; {unsaved}")
@@ -330,7 +292,7 @@ def simulate(
         keeper.discard()
     for sentence in filter(None, found.warnings):
         options.say(sentence)  # now: where warnings are errors, it raises
-    return summary(scene, found.values, found.attributes)
+    return result.summary(scene, found.values, found.attributes)
 
 
 def _with_place(problem, scene, keeper):

@@ -1,19 +1,14 @@
 """Molecules: the grammar of architectures, which beads they have, and how these are bonded.
 
-An architecture is read as ``A 3 B 9``, ``A 3 (B 2) A 3``, ``(A 2 B) 4``. A species with a number is
-a run of beads. A bracket without a number behind it is a branch, which hangs on the bead before it.
-A bracket with a number is a group, repeated along the chain. Both nest, so ``(A (B 2)) 10`` is a
-comb. Rings cannot be written.
+`RULES` say how an architecture is written. Branches and groups nest: ``(A (B 2)) 10`` is a comb.
 """
-
-from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import combinations
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -92,10 +87,7 @@ class Molecule:
 
     @cached_property
     def middle(self) -> tuple[int, int]:
-        """The two beads in the middle of the longest way through it; one is there twice.
-
-        All longest ways have the same.
-        """
+        """The two beads in the middle of any longest way through it; one is there twice."""
         way = [0]
         for _ in range(2):  # the bead farthest from any, and the way from there to the farthest
             before, order = {way[0]: -1}, way[:1]
@@ -124,18 +116,14 @@ class Molecule:
         return place[..., :nobody]
 
 
-class Joined(NamedTuple):
-    """Numbers of beads that laws join, an (n, size) array; and of the law, if they are several."""
-
-    members: np.ndarray
-    law: np.ndarray | None
+Joined = tuple[np.ndarray, np.ndarray | None]
 
 
 def joined(molecules: Sequence[Molecule], laws: Mapping[str, Any], size: int) -> Joined:
-    """What laws join in all molecules, without the pairs or triples that a table does not name.
+    """What laws of bonds, ``size`` 2, or of angles, 3, join in all molecules.
 
-    Laws of bonds, ``size`` 2, or of angles, 3, by the species that they join, which may be read
-    from either end; one for all by no name.
+    Laws stand by the species that they join, read from either end; one for all by no name. Result:
+    (n, size) numbers of beads, and (n,) numbers of laws, None of one for all.
     """
     members, numbers, first = [np.zeros((0, size), np.int64)], [np.zeros(0, np.int64)], 0
     for kind in molecules:
@@ -149,7 +137,7 @@ def joined(molecules: Sequence[Molecule], laws: Mapping[str, Any], size: int) ->
         numbers.append(np.tile(number, kind.count))
         first += len(kind.beads) * kind.count
     law = None if "" in laws else np.concatenate(numbers).astype(np.uint16)
-    return Joined(np.concatenate(members).astype(np.uint32), law)
+    return np.concatenate(members).astype(np.uint32), law
 
 
 def numbers_of(table: Mapping[str, Any], names: Sequence[tuple[str, ...]]) -> np.ndarray:
@@ -161,10 +149,7 @@ def numbers_of(table: Mapping[str, Any], names: Sequence[tuple[str, ...]]) -> np
 
 @lru_cache(maxsize=64)
 def tree_of(architecture: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
-    """``beads`` and ``parents`` of the `Molecule` that an architecture describes.
-
-    A `ValueError` marks the place where it cannot be read, or says that there are too many beads.
-    """
+    """``beads`` and ``parents`` of a `Molecule`; a `ValueError` marks where it cannot be read."""
 
     def refuse(start: int, problem: str) -> NoReturn:
         mistake = re.findall(r"[()]|[^\s()]*", architecture[start:])[0]

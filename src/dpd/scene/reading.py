@@ -1,7 +1,5 @@
 """From plain data to settings, by sections and pages, and to the beads that they mean."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Mapping
@@ -12,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from dpd.errors import UserError, shown, suggestion
-from dpd.own import load
 from dpd.page import NEEDED, Observable, Start, Term, find, is_table, names
+from dpd.page.own import load
 from dpd.scene.molecules import Joined, Molecule, joined, tree_of
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import attempt
@@ -219,12 +217,12 @@ class Settings:
     @property
     def bonded(self) -> np.ndarray:
         """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
-        return self.joined[2].members
+        return self.joined[2][0]
 
     @property
     def angled(self) -> np.ndarray:
         """(n, 3) uint32 array of the numbers of the beads of angles; empty without them."""
-        return self.joined[3].members
+        return self.joined[3][0]
 
     @cached_property
     def lengths(self) -> np.ndarray:

@@ -1,7 +1,5 @@
 """WHAT is simulated: a validated, hashable description that knows what it needs."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -9,15 +7,15 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import yaml
 
-from dpd.digest import value_digest
+from dpd.digests import value_digest
 from dpd.errors import UserError, shown, suggestion
-from dpd.own import blame, check_slope, file_of
 from dpd.page import BondForce, Change, Refusals
+from dpd.page.own import blame, check_slope, file_of
 from dpd.scene.reading import Settings
 from dpd.scene.sections import AXES, CUTOFF, densities, limits, missed_by, unknown_names
 from dpd.scene.yaml import changed, read_yaml, value_of
@@ -36,7 +34,7 @@ class Stage(NamedTuple):
     """What a run is like behind a step, until the next one."""
 
     step: int
-    scene: Scene
+    scene: "Scene"
 
 
 class Scene(Settings):
@@ -97,11 +95,8 @@ class Scene(Settings):
             enter(self, each["step"], each["set"], where)
 
     @classmethod
-    def of_result(cls, text: Any, where: str) -> Scene:
-        """The scene that a result or a checkpoint holds; refused if it is damaged.
-
-        Files of pages are named there with their digests: only the file that made it is run.
-        """
+    def of_result(cls, text: Any, where: str) -> Self:
+        """The scene that a result holds, with digests of its pages; refused if it is damaged."""
         try:
             data = dict(json.loads(text))
             pages = [(page["path"], page["sha256"]) for page in data.get("pages", [])]
@@ -116,7 +111,7 @@ class Scene(Settings):
     @classmethod
     def read(
         cls, path: str | Path, pages: Iterable[Any] = (), settings: Iterable[str] = ()
-    ) -> Scene:
+    ) -> Self:
         """Read a scene from a YAML file, with settings as ``--set KEY=VALUE`` has them."""
         data, where = read_yaml(path), str(path)
         for setting in settings:
@@ -143,8 +138,7 @@ class Scene(Settings):
 
     def refuse(self, problems: Iterable[tuple[str, str]]) -> None:
         """Raise all problems, if there are any, each a key and a sentence."""
-        found = dict.fromkeys(f"{self.where}: {key}: {text}" for key, text in problems)
-        if found:
+        if found := dict.fromkeys(f"{self.where}: {key}: {text}" for key, text in problems):
             raise UserError("\n".join(found))
 
     def unobserved(self, made: Mapping[Change, str]) -> Refusals:
@@ -249,7 +243,7 @@ class Scene(Settings):
             time = time + (stage.scene.dt - former.scene.dt) * longer
         return time
 
-    def during(self, first: int, last: int) -> list[Scene]:
+    def during(self, first: int, last: int) -> "list[Scene]":
         """The scenes of the stages that steps behind the first, up to the last, belong to."""
         ends = [stage.step for stage in self.stages[1:]] + [math.inf]
         stages = zip(self.stages, ends)
@@ -367,5 +361,5 @@ def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> N
     if key and (now.dt, now.terms[key]) != (scene.dt, scene.terms[key]):
         refuse(f"images slide evenly: with {key!r} neither that nor dt can change")
     if now.dt != last.scene.dt and step > scene.steps.equilibrate:
-        scene.refuse(scene.unobserved(scene.made | {Change.PACE: "schedule"}))
+        scene.refuse(scene.unobserved(scene.made | {Change.VARIES: "schedule"}))
     scene.stages.append(Stage(step, now))

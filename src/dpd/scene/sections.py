@@ -1,7 +1,5 @@
 """What every scene says beside its terms and observables, and what is refused of a scene."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, Literal
 

@@ -2,11 +2,8 @@
 
 PyYAML reads YAML 1.1, where `no` is false, 010 is 8, 1:30 is 90 and 1e5 is text, and takes the last
 of two values of one key. Here `no` and 1:30 are text, 010 is 10 and 1e5 a number, as YAML 1.2 has
-it (https://yaml.org/spec/1.2.2, Section 10.3), and a key stands once. An
-error of pydantic becomes a sentence: file, key, value, what is allowed, what to do.
+it (https://yaml.org/spec/1.2.2, Section 10.3), and a key stands once.
 """
-
-from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
@@ -119,10 +116,7 @@ UNKNOWN = ("extra_forbidden", "invalid_key")
 
 
 def read_section(model: type[Section], value: Any, where: str, key: str = "") -> Any:
-    """Settings from plain data; a UserError has a line for each mistake.
-
-    ``where`` is the file (and part) to name in messages, ``key`` that of the section in it.
-    """
+    """Settings of the section ``key`` of a file; a UserError has a line for each mistake."""
     found, wrong = attempt(model, value, key)
     if wrong:
         raise UserError("\n".join(f"{where}: {text}" for text in wrong))
@@ -147,14 +141,14 @@ def attempt(
 def _sentence(error, model, key, more):
     """Key and value of one error, and what is allowed there."""
     kind, value = error["type"], error["input"]
-    field, beside = _setting(model, error["loc"])
+    field, siblings = _setting(model, error["loc"])
     loc = [shown(each, str) for each in error["loc"]]
     loc = [each for each in loc if not each.startswith(("=", "["))]
     if loc and loc[0] == getattr(model, "bare", ""):  # the section is this setting
         loc = loc[1:]
     if kind in UNKNOWN:
         name = value if kind == "invalid_key" else error["loc"][-1]
-        allowed = [*beside, *(more if len(loc) == 1 else ())]
+        allowed = [*siblings, *(more if len(loc) == 1 else ())]
         text, loc = f"unknown key {shown(name)}; {suggestion(name, allowed)}", loc[:-1]
     elif kind == "missing":
         text, loc = f"the key {error['loc'][-1]!r} is missing{meaning_of(field)}", loc[:-1]
@@ -198,11 +192,6 @@ def meaning_of(field: FieldInfo | None) -> str:
     """The description of a setting and its unit, in brackets."""
     if field is None or not field.description:
         return ""
-    unit = unit_of(field)
-    return f" ({field.description}{f' In {unit}.' if unit else ''})"
-
-
-def unit_of(field: FieldInfo) -> str:
-    """The unit of a setting; nothing if it has none."""
     extra = field.json_schema_extra
-    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    unit = extra.get("unit") if isinstance(extra, dict) else None
+    return f" ({field.description}{f' In {unit}.' if unit else ''})"

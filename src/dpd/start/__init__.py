@@ -1,14 +1,10 @@
 """First configurations: what decides one, what it costs, and who makes it."""
 
-from __future__ import annotations
+from typing import Any
 
-from typing import TYPE_CHECKING, Any
-
-from dpd.digest import value_digest
+from dpd.digests import value_digest
 from dpd.page import PairForce
-
-if TYPE_CHECKING:
-    from dpd.scene.scene import Scene
+from dpd.scene.scene import Scene
 
 BYTES_PER_BEAD = 312  # of memory in a run, measured; with DPD-VV and a list 750
 
@@ -56,8 +52,5 @@ def start_work(scene: Scene) -> int:
 
 
 def start_is_shared(scene: Scene) -> bool:
-    """Whether a job of its own makes the first configuration, for all runs that begin with it.
-
-    So it is where chains grow, which takes long; beads that are only placed each run places itself.
-    """
+    """Whether one job makes the start of all runs: where chains grow, which takes long."""
     return bool(scene.start.work)

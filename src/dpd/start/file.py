@@ -1,7 +1,5 @@
 """The first configuration is read from a file of any origin."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from functools import cache

@@ -1,7 +1,5 @@
 """Chains that grow from monomers."""
 
-from __future__ import annotations
-
 from typing import Any, Literal
 
 from dpd.page import Refusals, Section, Start, setting
@@ -53,16 +51,14 @@ class Polymerize(Start, key="polymerize"):
             yield "method", "'polymerize' has nothing to grow: no chains, no bond"
         for kind, given in zip(scene.molecules, scene.data["molecules"]):
             if not kind.is_chain:
-                text = given["architecture"]
-                yield "method", f"'polymerize' grows chains; {text!r} has branches"
-                return
+                yield "method", f"'polymerize' grows chains; {given['architecture']!r} has branches"
 
     def decides(self, scene: Any) -> dict[str, Any]:
         return self.own()
 
     def make(self, scene: Any, progress: Any, say: Any) -> Any:
         """Grow them, and relax them without letting them cross."""
-        from dpd.start.common.polymerization import grown
+        from dpd.start.common.growth import grown
 
         return grown(self, scene, progress)
 

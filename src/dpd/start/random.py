@@ -1,13 +1,10 @@
 """Beads anywhere: molecules as random flights."""
 
-from __future__ import annotations
+from typing import Any, ClassVar
 
-from typing import TYPE_CHECKING, Any, ClassVar
+import numpy as np
 
 from dpd.page import Start
-
-if TYPE_CHECKING:
-    import numpy as np
 
 FLIGHT = 0.8  # r_c, a step of a random flight where bonds have no rest length
 
@@ -27,8 +24,6 @@ class Random(Start, key="random"):
 
     def positions(self, scene: Any, rng: np.random.Generator) -> np.ndarray:
         """Random flights, reflected at walls and at the faces of slabs."""
-        import numpy as np
-
         from dpd.scene.molecules import numbers_of
 
         flight, box = self.decides(scene).get("flight", FLIGHT), np.array(scene.box)

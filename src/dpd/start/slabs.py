@@ -1,7 +1,5 @@
 """Each kind of molecule in a slab of its own."""
 
-from __future__ import annotations
-
 from dpd.start.random import Random
 
 

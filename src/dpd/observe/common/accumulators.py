@@ -1,16 +1,11 @@
 """What is kept of samples: series, averages over blocks of the run, and over the time between."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection, Mapping
+from itertools import count
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
-
-    import numpy.typing as npt
+import numpy.typing as npt
 
 BLOCKS = 50  # that a run is divided into, or fewer if it has fewer samples
 SHORT, FEW = 400, 200  # short blocks at most, of which those are made; fewer of large samples
@@ -36,14 +31,12 @@ def _halve(array, join=np.add):
 class Series:
     """Arrays with rows for samples, frames, or blocks of the run, or with a single one.
 
-    How long the run will be does not matter for blocks: what is kept is that of short ones, first
-    of a sample ``each``. Whenever all places are full, each two neighbours become one, and a block
-    holds twice as many samples from then on. What is given in the end are `BLOCKS` blocks of 4 to 8
-    of the short ones each, of which the last one may be half full.
+    So that blocks need not know how long the run will be, short ones are kept, first of a sample
+    ``each``; whenever all places are full, each two neighbours become one. What is given are
+    `BLOCKS` blocks of 4 to 8 of them each, of which the last one may be half full.
 
-    Shapes are, by name, the kind (`dpd.page.Observable.gives`) and the shape of a sample. A frame
-    has ``average`` samples, the last one of so many in a run maybe fewer; ``single`` names what is
-    kept in single precision.
+    ``shapes``: by name, the kind (`dpd.page.Observable.gives`) and the shape of a sample.
+    ``average``: samples of a frame. ``single``: names of what is kept in single precision.
     """
 
     def __init__(
@@ -116,18 +109,13 @@ class MultipleTau:
 
     A level holds the last `KEPT` samples, each level at steps `COARSER` times as long: every
     lag is exact, none is averaged over samples (Frenkel and Smit, Understanding Molecular
-    Simulation, Sec. 4.4.2). Lags reach up to half the run.
+    Simulation, Sec. 4.4.2). Parts of the run are made of short ones, as blocks of `Series` are.
 
-    A level begins with its second sample, when the level below still holds its first; so it does
-    not matter how long the run was planned to be, which only gives the room. Parts of the run are
-    made of short ones, as blocks of `Series` are. The shape is that of a sample, molecules last;
-    quantities are results per molecule.
+    ``shape``: of a sample, molecules last. ``quantities``: results per molecule.
     """
 
     def __init__(self, samples: int, shape: tuple[int, ...], quantities: int) -> None:
-        levels = 1
-        while COARSER**levels < samples:
-            levels += 1
+        levels = next(n for n in count(1) if COARSER**n >= samples)
         self.arrays = {
             "part_each": np.ones(1, np.int64),
             "earlier": np.zeros((levels, KEPT, *shape)),
@@ -149,11 +137,11 @@ class MultipleTau:
             self._compare(level, taken, sample, compare)
 
     def _compare(self, level, taken, sample, compare):
-        from dpd.engine.neighbours import add_lags
+        from dpd.engine.measure import add_lags
 
         arrays, number = self.arrays, taken // COARSER**level
         kept, part = arrays["earlier"][level], taken // int(arrays["part_each"][0])
-        if level > 0 and number == 1:
+        if level > 0 and number == 1:  # a level begins when that below still holds its first
             kept[0] = arrays["earlier"][level - 1, 0]
         # Earlier samples by their number, in the order in which they lie: the longest lag first.
         first, last = max(0, number - KEPT), number - (1 if level == 0 else KEPT // COARSER + 1)
@@ -177,9 +165,8 @@ class MultipleTau:
         part of the run, (parts, lags); sums over these of means over molecules, (parts, lags,
         quantities).
         """
-        arrays, levels = self.arrays, 1
-        while KEPT * COARSER ** (levels - 1) < FARTHEST * taken:
-            levels += 1
+        arrays = self.arrays
+        levels = next(n for n in count(1) if KEPT * COARSER ** (n - 1) >= FARTHEST * taken)
         short = -(-taken // int(arrays["part_each"][0]))  # the last one may hold fewer samples
         part = np.arange(short) * PARTS // max(short, 1)
         found = []

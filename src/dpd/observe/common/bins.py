@@ -1,27 +1,18 @@
 """Bins, and layers across an axis with the thermal motion in them, about the flow."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Iterable
+from typing import Any, ClassVar
 
 import numpy as np
 
 from dpd.page import Axis, Observable, once, setting
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from dpd.engine.simulation import Snapshot
-    from dpd.engine.state import Sums, System
-    from dpd.scene.scene import Scene
-
-
 CUTOFF = 1.0
 PRESSURE = "kT / r_c^dimension"
 
 
-def species_pairs(scene: Scene, pairs: Iterable[Any], text: str = "pair of species") -> Any:
+def species_pairs(scene: Any, pairs: Iterable[Any], text: str = "pair of species") -> Any:
     """An axis of pairs of species, from their numbers."""
     return [f"{scene.species[i]} {scene.species[j]}" for i, j in pairs], "1", text
 
@@ -64,7 +55,7 @@ class Layered(Observable):
     )  # fmt: skip
 
     @once
-    def layers(self, scene: Any) -> Layers:
+    def layers(self, scene: Any) -> "Layers":
         return Layers(scene, scene.axis_of_profile(self.axis), self.bin)
 
     def axes(self, scene: Any) -> Any:
@@ -74,11 +65,10 @@ class Layered(Observable):
 class Layers:
     """Equal layers across an axis: of the box, or from behind one wall to behind the other.
 
-    At constant pressure they become as long as the box. ``volume`` is that of a layer of the
-    scene's box.
+    ``volume`` is that of a layer of the scene's box.
     """
 
-    def __init__(self, scene: Scene, axis: int, thickness: float) -> None:
+    def __init__(self, scene: Any, axis: int, thickness: float) -> None:
         # Behind a plane the gap is the reach of beads, and a cutoff.
         self._reach = max(0.0, scene.origin[axis] - CUTOFF)
         self._low = scene.origin[axis] - self._reach
@@ -87,24 +77,24 @@ class Layers:
         self.axis, self.count = axis, math.ceil(self._length / thickness)
         self.volume = scene.volume * (self._length / scene.box[axis]) / self.count
 
-    def of(self, now: Snapshot) -> np.ndarray:
+    def of(self, now: Any) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""
         return np.minimum(self.places(now).astype(np.int64), self.count - 1)
 
-    def places(self, now: Snapshot) -> np.ndarray:
+    def places(self, now: Any) -> np.ndarray:
         """(n,) array: where each bead is, in layers from the lower end of the first one."""
         place = now.state.position[self.axis] - self._low
         return place * (self.count / self._length_in(now))
 
-    def bounds(self, now: Snapshot) -> tuple[float, float]:
+    def bounds(self, now: Any) -> tuple[float, float]:
         """Where in the engine's box the first layer begins, and the last one ends, in r_c."""
         return float(self._low), float(self._low + self._length_in(now))
 
-    def per_volume(self, now: Snapshot) -> float:
+    def per_volume(self, now: Any) -> float:
         """One over the volume of a layer of the box as it is now."""
         return self._box_volume / now.volume / self.volume
 
-    def middles(self, now: Snapshot | None = None) -> np.ndarray:
+    def middles(self, now: Any = None) -> np.ndarray:
         """(count,) array: of the layers of the scene's box, or of that now, from its lower end."""
         length = self._length if now is None else self._length_in(now)
         return (np.arange(self.count) + 0.5) * (length / self.count) - self._reach
@@ -123,17 +113,16 @@ class ThermalMotion:
 
     In a fluid at rest they are those about the centre of mass, along `momentum_axes`. Where
     something drives a flow, they are those about its profile at this moment: in each cell across it
-    a constant and a slope, one for all species: where a force drives them through each other, that
-    counts as heat. A fit by least squares, weighted by mass, takes up as many degrees of freedom as
-    it has coefficients, and those that are left stand for all.
+    a constant and a slope, one for all species. A fit by least squares, weighted by mass, takes up
+    as many degrees of freedom as it has coefficients, and those that are left stand for all.
     """
 
-    def __init__(self, scene: Scene, system: System) -> None:
+    def __init__(self, scene: Any, system: Any) -> None:
         self._system = system
         self._at_rest = np.isin(np.arange(scene.dimension), scene.momentum_axes)[:, None]
         self._layers = [Layers(scene, *each) for each in system.flow]
 
-    def kinetic(self, sums: Sums) -> np.ndarray:
+    def kinetic(self, sums: Any) -> np.ndarray:
         """(samples, dimension, dimension) array: the sum of m c c; NaN where no bead is free."""
         d, beads = self._system.dimension, sums.beads.sum(axis=1)
         second, crossed, matrix = (
@@ -150,23 +139,19 @@ class ThermalMotion:
             times = np.sqrt(np.where(free > 0.5, beads[:, None] / free, np.nan))
         return about * times[:, None] * times[..., None]
 
-    def velocities(self, simulation: Snapshot) -> np.ndarray:
+    def velocities(self, simulation: Any) -> np.ndarray:
         """(dimension, n) array: c of each bead, in storage order; NaN where none is free.
 
-        Each counts as one degree of freedom: c = (v - u) / sqrt(1 - h), so that <m c^2> = kT for
-        each bead, as a fit u takes up the share h of a bead's degree of freedom (its leverage; the
-        sum of all h is the number of coefficients). A bead with h = 1 says nothing of kT; the
-        others then count for it.
+        c = (v - u) / sqrt(1 - h), so that <m c^2> = kT, as a fit u takes up the share h of a bead's
+        degree of freedom (its leverage). For a bead with h = 1 the others count.
         """
         state, momenta = simulation.state, self._system.momenta(simulation.state)
         mass = np.broadcast_to(self._system.mass_of(state.species), momenta.shape[1:])
         if self._layers:
             flow, leverage = self._flow(simulation, momenta, mass)
-        elif self._at_rest.any():
+        else:
             flow = self._at_rest * momenta.sum(axis=1, keepdims=True) / mass.sum()
             leverage = self._at_rest * np.full(mass.shape, 1 / mass.size)
-        else:
-            return state.velocity
         free = 1 - leverage > TINY
         with np.errstate(divide="ignore", invalid="ignore"):
             times = np.where(free, 1 / (1 - leverage), 0) / free.mean(axis=-1, keepdims=True)
@@ -177,7 +162,7 @@ class ThermalMotion:
         cell, terms = np.zeros(len(mass), np.int64), [np.ones(len(mass))]
         for layers in self._layers:
             place = layers.places(simulation)
-            layer = np.minimum(place.astype(np.int64), layers.count - 1)
+            layer = layers.of(simulation)
             cell = cell * layers.count + layer
             terms.append(place - layer - 0.5)
         matrix = np.array([[np.bincount(cell, mass * a * b) for b in terms] for a in terms])
@@ -189,8 +174,5 @@ class ThermalMotion:
 
 
 def _inverse(matrix):
-    """Inverses of matrices along the last two axes: of each cell, of its functions.
-
-    A function that is one of the others in a cell, as its beads lie, adds nothing there.
-    """
+    """Of each cell, along the last two axes; a function that is one of the others adds nothing."""
     return np.linalg.pinv(matrix, rcond=TINY, hermitian=True)

@@ -1,29 +1,25 @@
 """All that is kept of what pages measure in a run, as they say in ``gives``."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from dpd.engine.simulation import Simulation
+from dpd.engine.simulation import Snapshot as Configuration
+from dpd.engine.space import along_axes
+from dpd.engine.state import State, Sums, System
 from dpd.errors import LostRun, UserError, suggestion
 from dpd.observe.common.accumulators import MultipleTau, Series
 from dpd.observe.common.snapshot import Snapshot, snapshot_of
-from dpd.own import blaming
 from dpd.page import Observable
 from dpd.page import names as pages
+from dpd.page.own import blaming
+from dpd.scene.scene import Scene
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from dpd.engine.simulation import Simulation
-    from dpd.engine.state import State, Sums, System
-    from dpd.scene.scene import Scene
-
-    # Name to (dimensions, array, units, long_name).
-    Variables = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
-
+# Name to (dimensions, array, units, long_name).
+Variables = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
 COMPARED = "compared"
 TIMES = {
     "sample": "time since the end of equilibration",
@@ -43,18 +39,16 @@ def observables(
 ) -> list[Any]:
     """The `Measured` of what a scene asks for, and of the watch over its bonds.
 
-    Some write files of their own beside a result at ``path``, if there is one. A function of one's
-    own looks at the ``state`` to know the shape of what it gives, which is a number otherwise.
+    ``path``: of the result beside which some write files of their own. ``state``: tells functions
+    of one's own the shape of what they give, which is a number otherwise.
     """
-    from dpd.engine.simulation import Snapshot as Configuration  # with Numba: to read takes none
-
-    beside = {} if path is None else scene.files_beside(path)
+    sidecars = {} if path is None else scene.files_beside(path)
     now = None if state is None else Snapshot(scene, Configuration(system, state))
     asked: list[Any] = []
     for name, page in scene.observe.items():
         page = page if now is None else page.shaped(now)
         kind = MeasuredSums if page.of_sums else Measured
-        asked.append(kind(page, scene, system, beside.get(name)))
+        asked.append(kind(page, scene, system, sidecars.get(name)))
     if scene.page_files:
         _refuse_names_taken_twice(asked)
     if system.bond is not None:
@@ -78,8 +72,7 @@ def _refuse_names_taken_twice(asked):
 class Measured:
     """All that has been measured by a page in a run, an observer of `dpd.engine.loop.run`.
 
-    ``arrays`` are all that a checkpoint has to hold: ``taken``, the number of samples, and what
-    these have left. ``file`` is the page's own, at ``path``.
+    ``arrays`` are all that a checkpoint has to hold. ``file`` is the page's own, at ``path``.
     """
 
     def __init__(
@@ -88,6 +81,7 @@ class Measured:
         self._page, self._scene, self._system = page, scene, system
         self.key, self.every = page.key, page.every
         self.equilibration = getattr(page, "equilibration", False)
+        self.needs_forces = page.needs_forces  # whether it reads virial or energy
         self._samples = page.watched(scene) // page.every
         with blaming(page):
             self._gives, self._axes = page.given(scene), dict(page.axes(scene))
@@ -165,28 +159,30 @@ class Measured:
 
     def variables(self) -> Variables:
         """For the file: coordinates, then what the page gives."""
-        return dict(self._variables())
-
-    def _variables(self):
+        made: Variables = {}
         for name, values in self._axes.items():
             if not isinstance(values, int | np.integer):
                 array, units, text, *along = values
-                yield name, (along[0] if along else (name,), np.asarray(array), units, text)
+                made[name] = along[0] if along else (name,), np.asarray(array), units, text
         results, times = self._results()
         for kind, time in times.items():
             along, name = self._over(kind)
             text = "time since the first sample" if self._page.from_first else TIMES[kind]
-            yield name, ((along,), time, "tau", text)
+            made[name] = (along,), time, "tau", text
         shapes = {name: array.shape for name, array in results.items()}
         with blaming(self._page):
-            finished = dict(self._page.finish(self._scene, results))
+            finished: Any = dict(self._page.finish(self._scene, results))
         for name, (dimensions, units, text) in self._gives.items():
             if name.startswith("_"):
                 continue
             if np.shape(finished.get(name)) != shapes[name]:
                 text = f"'finish' should return {name!r} with the shape that it had"
                 self._refuse(f"{text}, {shapes[name]}")
-            yield name, (self._along(*dimensions), finished[name], units, text)
+            kind, *others = dimensions
+            first = {"largest": ("block",), "run": (), "last": ()}.get(kind, (kind,))
+            along = tuple(self._over(e)[0] if e in TIMES else e for e in (*first, *others))
+            made[name] = along, finished[name], units, text
+        return made
 
     def _results(self):
         taken, samples = int(self.arrays["taken"][0]), np.arange(1, self._samples + 1)
@@ -211,12 +207,6 @@ class Measured:
         time = "time" if kind == "sample" else f"{kind}_time"
         return self._page.over.get(kind, (f"{self.key}_{kind}", f"{self.key}_{time}"))
 
-    def _along(self, kind, *dimensions):
-        first = {"largest": ("block",), "run": (), "last": ()}.get(kind, (kind,))
-        return tuple(
-            self._over(each)[0] if each in TIMES else each for each in (*first, *dimensions)
-        )
-
 
 class Sampled(NamedTuple):
     """What a page sees that measures sums, of some samples."""
@@ -228,11 +218,6 @@ class Sampled(NamedTuple):
 
 class MeasuredSums(Measured):
     """The same by a page that measures sums, which the loop adds up on its way."""
-
-    @property
-    def needs_forces(self) -> bool:
-        """Whether the page reads virial or energy."""
-        return self._page.needs_forces
 
     def record(self, sums: Sums) -> None:
         """Let the page look at some samples."""
@@ -247,10 +232,9 @@ class MeasuredSums(Measured):
 class Stretch(Observable, key="stretch"):
     """Ends a run in which bonds reach across half the box more than once in a while.
 
-    A bond that grows longer than half an edge along an axis flips to another image of its bead.
-    Before it does, and after it has, it reaches over 48 % of the edge. As long as a share of less
-    than `MOST_LONG` of all bonds is found so, the mean square length of harmonic bonds without
-    a rest length is less than 3e-4 too small, and that of stiffer ones less.
+    A bond longer than half an edge along an axis flips to another image; before and after that it
+    reaches over `LONG` of the edge. As long as less than `MOST_LONG` of all bonds do, the mean
+    square length of harmonic bonds without a rest length is less than 3e-4 too small.
     """
 
     def keeps(self, scene: Any) -> Any:
@@ -277,6 +261,4 @@ def reaching_over(bonds: np.ndarray, box: tuple[float, ...]) -> int:
 
     (dimension, bonds) vectors, at nearest images; where images slide, axes are those of the box.
     """
-    from dpd.engine.space import along_axes
-
     return int((np.abs(along_axes(bonds, box)) > LONG * np.array(box)[:, None]).sum())

@@ -1,19 +1,15 @@
 """What a page sees at a sample: beads in the order of the scene, in plain arrays."""
 
-from __future__ import annotations
-
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from dpd.engine.simulation import Simulation
 from dpd.engine.simulation import Snapshot as Configuration
 from dpd.engine.space import nearest, unfolded
 from dpd.errors import UserError
-
-if TYPE_CHECKING:
-    from dpd.engine.simulation import Simulation
-    from dpd.scene.scene import Scene
+from dpd.scene.scene import Scene
 
 
 class Pairs(NamedTuple):
@@ -32,10 +28,7 @@ def fixed(array: np.ndarray) -> np.ndarray:
 
 
 class Snapshot:
-    """A configuration, molecule after molecule as the scene has them.
-
-    Nothing of the simulation is kept: what is found is valid for its step.
-    """
+    """A configuration, molecule after molecule as the scene has them, valid for its step."""
 
     def __init__(self, scene: Scene, simulation: Configuration) -> None:
         # Of the engine, whose functions take them; the box with its images where they are now.
@@ -148,10 +141,9 @@ class Snapshot:
         return fixed(np.sqrt((self.bond_vectors.T**2).sum(axis=0)))
 
     def pairs(self, within: float) -> Pairs:
-        """All pairs of beads within a distance in r_c, at nearest images.
+        """All pairs of beads within a distance in r_c, at nearest images, found once a sample.
 
-        They are found once a sample, and shared by all pages that ask. A `UserError` refuses more
-        than half the box, and shear, where images slide.
+        A `UserError` refuses more than half the box, and shear, where images slide.
         """
         if self.system.shear is not None:
             raise UserError("pairs of a snapshot are not known under shear, where images slide")

@@ -1,10 +1,9 @@
 """The record of all that acts on beads, what it is made of, and how kernels call a term of it.
 
-A term is a record whose methods are its force, its energy and its curvature: `force(term, ...)` in
-a kernel becomes the method of its class. The engine knows one conservative force between pairs,
-``force(a, r, w)``, where a is the entry of its table ``repulsion`` for the two species. With pair
-forces beside the repulsion one record adds up all of them, and that table holds the number of the
-pair of species, by which each force finds its own numbers.
+`force(term, ...)` in a kernel becomes the method of the term's class. The engine knows one force
+between pairs, ``force(a, r, w)``, with a from the table ``repulsion``. Where there are several one
+record adds them up, and that table holds the number of the pair of species, by which each finds its
+own.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from dpd.digest import text_digest
+from dpd.digests import text_digest
 from dpd.jit import INLINED, method
 from dpd.page import PairForce, Section
 
@@ -109,8 +108,8 @@ def record_class(
 ) -> type[Any]:
     """A NamedTuple with the formulas of a page, and others that it does not give.
 
-    It is made once, in the module of the page, where kernels on the disk find it, and named after
-    that: Numba tells the arguments of a kernel apart by the names of their classes.
+    It stands in the page's module, where kernels on the disk find it, and has its name: Numba tells
+    classes apart by names.
     """
     module, fields = sys.modules[page.__module__], tuple(fields)
     name = f"{page.__name__}_{page.__module__}".replace(".", "_")

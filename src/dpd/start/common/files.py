@@ -1,9 +1,4 @@
-"""First configurations and files: made once for all runs; or read from a file of any origin.
-
-A scene numbers its beads molecule after molecule; a file may have molecules in any other order.
-"""
-
-from __future__ import annotations
+"""First configurations and files: made once for all runs; or read from a file of any origin."""
 
 import json
 import time
@@ -15,22 +10,14 @@ from typing import Any
 import numpy as np
 
 from dpd import files
+from dpd.digests import start_sources
 from dpd.engine.loop import arrays_of, put_back
 from dpd.engine.state import State
 from dpd.errors import UserError, shown
 from dpd.particles import read
 from dpd.particles.netcdf import STATE
-from dpd.particles.particles import (
-    UPRIGHT,
-    Particles,
-    checked,
-    last_configuration,
-    molecules_of,
-    shear_of,
-    whole_images,
-)
+from dpd.particles.particles import UPRIGHT, Particles, of_state, shear_of, whole_images
 from dpd.scene.scene import Scene
-from dpd.sources import start_sources
 from dpd.start import start_description, start_digest
 from dpd.start.common.make import make_start, species_of, system_of, thermal_velocities
 
@@ -71,15 +58,12 @@ def read_start(scene: Scene, path: str | Path) -> State:
     files.check_digest(path, attributes, "start_sources", start_sources(scene), REMEDY)
     state = put_back(files.read(path, STATE)[0], ())
     with files.reading(path, remedy=REMEDY):
-        checked(last_configuration(scene, state), path)
+        of_state(scene, state).checked(path)
     return state
 
 
 def begin(
-    scene: Scene,
-    path: Path,
-    progress: Callable[[int], object] | None,
-    say: Callable[[str], object],
+    scene: Scene, path: Path, progress: Callable[[int], object] | None, say: Callable[[str], object]
 ) -> tuple[Scene, State]:
     """Begin a run of one's own with the first configuration in a file, made if it is not there."""
     if not path.exists():
@@ -119,10 +103,7 @@ def starting_from(scene: Scene, path: Path) -> Scene:
 
 
 def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
-    """Read the first configuration that a scene names, as a state with no force yet and step 0.
-
-    `UserError` if the file is another than before, or holds another system.
-    """
+    """The file that a scene names, at step 0; `UserError` if it, or its system, is another."""
     path = scene.start.path
     scene.start.refuse_other_file(scene.where)
     particles = read(path, scene.start.read_frame)
@@ -191,17 +172,16 @@ def _between_walls(scene, particles, path):
 
 
 def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
-    """(n,) int64 array: the number in the file of each bead of the scene.
+    """(n,) int64 numbers in the file of the scene's beads; `UserError` for another system.
 
-    Molecules of a kind are taken in the order of their first beads; in each of them beads have to
-    be numbered as in the architecture. A `UserError` refuses another box, species or molecules.
+    Molecules of a kind come in the order of their first beads, their beads as in the architecture.
     """
     _check_box(scene, particles, path)
     species, order = _numbers_of_species(scene, particles, path), []
     own, bonds = (np.unique(np.sort(each), axis=0) for each in (scene.bonded, particles.bonds))
     if np.array_equal(species, scene.kinds) and np.array_equal(own, bonds):
         return np.arange(len(species))
-    molecule, found = molecules_of(particles), defaultdict(list)
+    molecule, found = particles.molecules, defaultdict(list)
     each = np.split(np.argsort(molecule, kind="stable"), np.cumsum(np.bincount(molecule))[:-1])
     of = np.searchsorted(np.sort(molecule[bonds[:, 0]]), np.arange(1, len(each)))
     bonds = bonds[np.argsort(molecule[bonds[:, 0]], kind="stable")]
@@ -256,9 +236,8 @@ def _edges(box, between=", "):
 
 def _numbers_of_species(scene, particles, path):
     """Species of each bead of the file, as the scene numbers them."""
-    used = np.unique(particles.species)
-    unknown = [particles.names[k] for k in used if particles.names[k] not in scene.species]
-    if unknown:
+    used = [particles.names[k] for k in np.unique(particles.species)]
+    if unknown := [name for name in used if name not in scene.species]:
         raise UserError(
             f"{path}: it has beads of the species {shown(unknown[0])}, and {scene.where} has "
             f"{', '.join(scene.species)}; rename one or the other"

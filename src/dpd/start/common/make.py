@@ -1,7 +1,5 @@
 """First configurations, and the steps that relax them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,8 +12,8 @@ from dpd.engine.simulation import Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import State, System
 from dpd.errors import UserError
-from dpd.own import blaming
 from dpd.page import Change, PairForce
+from dpd.page.own import blaming
 from dpd.particles.particles import box_at, whole_images
 from dpd.physics.common.forces import bond_record, with_own
 from dpd.physics.integrator import scheme_named
@@ -59,8 +57,7 @@ def _records(scene, terms):
             record = bond_record(list(laws.values()), number)
             keys = ("bond", "members") if term.joins == 2 else ("angle", "angle_members")
             found |= dict(zip(keys, (record, members)))
-    own = [term for term in terms.values() if isinstance(term, PairForce)]
-    if own:
+    if own := [term for term in terms.values() if isinstance(term, PairForce)]:
         found["pair"] = with_own(found["pair"], own, scene)
     return found
 
@@ -96,9 +93,8 @@ def make_start(
     progress: Callable[[int], object] | None = None,
     say: Callable[[str], object] | None = None,
 ) -> State:
-    """Build or read, and where the scene asks for it relax, the first configuration.
+    """The first configuration in the order of identities, at step 0, every molecule whole.
 
-    It is in the order of identities, with no force yet, at step 0, and every molecule whole.
     ``progress`` is called with the work done so far, out of `dpd.start.start_work`, and ``say``
     with a sentence for what a file had otherwise than the scene wants it.
     """
@@ -160,10 +156,7 @@ def relaxed(
     interval: int | None = None,
     look: Callable[[System, State], object] | None = None,
 ) -> State:
-    """A state after the steps of relaxation that the scene asks for, if it does, at step 0 again.
-
-    A ``look`` at the system and the state follows each ``interval`` of steps, and the end.
-    """
+    """A state after the scene's relaxation, if it has any; a ``look`` follows each interval."""
     relax = scene.start.relax
     if relax is None:
         return state
@@ -199,10 +192,7 @@ def thermal_velocities(
 
 def random_start(scene: Scene, **changes: Any) -> Scene:
     """A scene whose molecules are placed where they would grow or be read from a file."""
-    start = scene.start.stand_in() | changes
-    if start == scene.data["start"]:
-        return scene
-    return Scene(scene.data | {"start": start}, scene.where)
+    return Scene(scene.data | {"start": scene.start.stand_in() | changes}, scene.where)
 
 
 def compile_start(scene: Scene) -> State:

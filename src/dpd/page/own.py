@@ -1,9 +1,4 @@
-"""Pages of a user's own: a file is loaded as a module whose name carries the digest of its source.
-
-So an edited file is another module, and the same file is the same module in every process.
-"""
-
-from __future__ import annotations
+"""Pages of a user's own: a file becomes a module whose name carries the digest of its source."""
 
 import ast
 import linecache
@@ -21,9 +16,10 @@ from traceback import extract_tb
 from types import FunctionType, ModuleType, new_class
 from typing import Any, Self
 
-from dpd.digest import ROOT, cache_folder, shortened, text_digest
+from dpd.digests import calculations_file, files_of, page_digest, text_digest
 from dpd.errors import UserError, reason, shown
 from dpd.files import draft_of
+from dpd.folders import ROOT, cache_folder, shortened
 from dpd.page import (
     KINDS,
     BondForce,
@@ -37,17 +33,13 @@ from dpd.page import (
     Term,
     names,
 )
-from dpd.sources import calculations_file, files_of, page_digest
 
 STEP = 1e-6  # r_c, for the slope of an energy
 _importing: list[Path] = []  # files of pages that are imported just now
 
 
 def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any], str]:
-    """The pages of a file by their keys, and its digest, which must be that of a result, if given.
-
-    ``where`` is file and key for messages.
-    """
+    """The pages of a file by key, and its digest, that of a result if given; else `UserError`."""
     path = Path(path)
     try:
         found = page_digest(path)
@@ -101,10 +93,7 @@ def _wrong(key, page):
 
 
 def _module(path: Path, name: str, where: str) -> ModuleType:
-    """The module of a file, imported once; those beside it are its own, as other folders have some.
-
-    After an edit that does not count it is imported anew, under the same name.
-    """
+    """The module of a file, imported once, and after an edit; those beside it are its own."""
     files = files_of(path)
     texts = [file.read_bytes() for file in files]
     if getattr(sys.modules.get(name), "texts_of_page", None) == texts:
@@ -200,10 +189,7 @@ def _page_of(function):
 
 
 def file_of(page: Any) -> str:
-    """The file of a page: a path as it is, or that in which a class or a function stands.
-
-    What a cell of a notebook defines gets one in the user's cache. A UserError refuses others.
-    """
+    """The file of a path, class or function; of a notebook's cell, in the cache; or `UserError`."""
     if isinstance(page, str | os.PathLike):
         return os.path.abspath(page)
     name, module = getattr(page, "__name__", shown(page)), getattr(page, "__module__", "")
@@ -261,7 +247,7 @@ def check_slope(page: PairForce | BondForce, scene: Any) -> None:
 def _formulas(page, scene):
     """Laws of a page: what each is for, its force and energy over r, and where to try them."""
     if isinstance(page, BondForce):
-        from dpd.laws import usual_lengths
+        from dpd.page.laws import usual_lengths
 
         for name, law in page.laws(scene).items():
             of = f"of bonds {name}" if name else "of a bond"
@@ -277,9 +263,9 @@ def _formulas(page, scene):
 def blame(problem: BaseException, files: Collection[str]) -> str:
     """The file of pages in which something went wrong, its line, and what; nothing if in none."""
     if isinstance(problem, SyntaxError) and problem.filename in files:
-        return f"{problem.filename}: line {problem.lineno}: {problem.msg}"
-    at = [each for each in extract_tb(problem.__traceback__) if each.filename in files]
-    return f"{at[-1].filename}: line {at[-1].lineno}: {_said(problem)}" if at else ""
+        return f"{shortened(str(problem.filename))}: line {problem.lineno}: {problem.msg}"
+    at = [each for each in extract_tb(problem.__traceback__) if each.filename in files][-1:]
+    return "".join(f"{shortened(e.filename)}: line {e.lineno}: {_said(problem)}" for e in at)
 
 
 def _said(problem):
@@ -288,16 +274,19 @@ def _said(problem):
 
 
 @contextmanager
-def blaming(page: Page, place: str = "") -> Iterator[None]:
-    """Say in a sentence where in its file a page fails, at a place, or when it is observed."""
+def blaming(page: Page | ModuleType, place: str = "") -> Iterator[None]:
+    """Say in a sentence where in its folder a page, or a figure, fails: at a place, or observed."""
     try:
         yield
     except UserError:
         raise
     except (Exception, SystemExit) as problem:  # whatever a page of someone's own may raise
-        file = getattr(sys.modules[type(page).__module__], "__file__", "")
-        said = blame(problem, [file]) or _said(problem)
-        raise UserError(f"{place or f'observe.{page.key}'}: {said}") from None
+        module = sys.modules[type(page).__module__] if isinstance(page, Page) else page
+        file = Path(str(module.__file__))
+        files = [str(path) for path in file.parent.glob("*.py")]
+        said = blame(problem, files) or f"{shortened(file)}: {_said(problem)}"
+        place = place or f"observe.{getattr(page, 'key', '')}"
+        raise UserError(f"{place}: {said}") from problem
 
 
 @cache

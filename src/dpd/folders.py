@@ -1,7 +1,5 @@
-"""Digests of values; the folders of the repository, of papers, and of what can be had again."""
+"""The folders of the repository, of papers, and of what can be had again."""
 
-import hashlib
-import json
 import os
 from pathlib import Path
 
@@ -46,13 +44,3 @@ def cache_folder(name: str) -> Path:
     except RuntimeError:  # a user without a home, as in some containers
         home = Path(os.environ.get("TMPDIR", "/tmp")) / f"cache-{os.getuid()}"
     return Path(home) / "dpd-papers" / name
-
-
-def value_digest(value: object) -> str:
-    """Digest of a value made of plain dicts, lists, strings and numbers."""
-    return text_digest(json.dumps(value, sort_keys=True))
-
-
-def text_digest(text: str) -> str:
-    """Twelve hexadecimal digits that differ where texts differ."""
-    return hashlib.sha256(text.encode()).hexdigest()[:12]

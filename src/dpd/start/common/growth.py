@@ -1,19 +1,15 @@
 """Polymerization: a melt of linear chains in two dimensions in which no two bonds cross.
 
-Free monomers move by the scene's own dynamics while active ends take them up: an end picks a free
-monomer within the reaction radius, and the new bond is refused if it would cross an existing one
-(Liu et al. 2008, Sec. II C). A fresh bond is long, and others can slip under it before it has
-shrunk: bonds are looked at after each interval of dynamics, and of two that cross the younger is
-undone with all that grew after it. In two dimensions free monomers get walled in, so there are
-spare monomers and spare chains; what is left of them is removed at the end.
+Active ends take up free monomers within the reaction radius, by bonds that cross no other (Liu et
+al. 2008, Sec. II C). A fresh bond is long, and others can slip under it before it has shrunk: of
+two that then cross the younger is undone with all that grew after it. Free monomers get walled in,
+so there are spare monomers and spare chains, whose rest is removed at the end.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,16 +18,13 @@ from dpd.engine.loop import advance_looking
 from dpd.engine.rows import nearest_image
 from dpd.engine.simulation import Simulation
 from dpd.engine.space import edges_of, nearest
-from dpd.engine.state import State
+from dpd.engine.state import State, System
 from dpd.errors import UserError
 from dpd.jit import inlined, kernel
 from dpd.scene.molecules import numbers_of
+from dpd.scene.scene import Scene
 from dpd.start import start_description
 from dpd.start.common.make import relaxed, start_system, thermal_velocities
-
-if TYPE_CHECKING:
-    from dpd.engine.state import System
-    from dpd.scene.scene import Scene
 
 SETTLE = 1.0  # tau: monomers before they react, and finished chains before spares are removed
 STALL = 40.0  # tau without a new most of bonded beads after which growth has failed
@@ -61,10 +54,7 @@ class Rule(NamedTuple):
 
 
 class BondCells(NamedTuple):
-    """Bonds in the cells of their middles, as linked lists that end with -1.
-
-    A bond is named by its second bead, along the chain.
-    """
+    """Bonds, named by their second beads, in cells of their middles: lists that end with -1."""
 
     head: np.ndarray  # (columns, rows) int64: the bond that was put last into each cell
     following: np.ndarray  # (n,) int64: the one before it
@@ -132,11 +122,10 @@ def crosses_some(end, monomer, position, edges, bonds):
 
 @kernel(allocates=True)
 def grow(position, edges, shape, rule, chains, active, rng):
-    """Let the ends of active chains try to take up one monomer each, in this order.
+    """Let the ends of active chains try to take up one monomer each; return the bonds made.
 
     Positions, (2, n), are in the order of identities, inside the box. Its cells, ``shape``, have
-    edges of at least the radius, and of half the sum of it and the longest bond. Returned is the
-    number of bonds made.
+    edges of at least the radius, and of half the sum of it and the longest bond.
     """
     n = position.shape[1]
     chain, beads, length = chains

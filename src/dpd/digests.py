@@ -1,18 +1,15 @@
-"""Digests of source files: of some modules and of all that they import, and of a user's pages.
+"""Digests: of values, and of source files, of some modules and of all that they import.
 
-Files are parsed, not imported. What counts is the syntax tree without comments, docstrings, type
-hints of functions, descriptions of settings, what a page refuses and line numbers: a wording reruns
-nothing. The folder of Numba's compiled kernels is named after such a digest as well.
-
-Snakemake compares rules, not the code that they call: digests in their ``params`` make an edited
-kernel rerun simulations, and an edited plot plots only. Files keep them, so that a stage that is
-called by hand refuses what other sources made.
+What counts is the syntax tree without wordings, hints and what a page refuses. In ``params`` of
+rules, for Snakemake does not see the code that they call, digests make an edited kernel rerun
+simulations, and an edited plot plots only; in files, they tell stages what other sources made.
 """
 
 from __future__ import annotations
 
 import ast
 import hashlib
+import json
 import os
 import re
 from collections.abc import Callable, Collection, Iterable
@@ -22,7 +19,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dpd.digest import PACKAGE, PAPERS_DIR, ROOT, cache_folder, paper_folder, text_digest
+from dpd.folders import PACKAGE, PAPERS_DIR, ROOT, cache_folder, paper_folder
 from dpd.page import NEEDED, Observable, Start, Term, names
 
 # The packages that are followed, with their folders: `dpd` itself, the figures of papers, and of a
@@ -39,10 +36,10 @@ if (ROOT / "benchmarks" / "measure.py").is_file():
 # they show progress, tidy up, make these digests, or keep the end of a run beside what it measured.
 # `dpd` itself only hands on what others make.
 DECIDE_NOTHING = (
-    "dpd", "dpd.digest", "dpd.errors",
-    "dpd.own", "dpd.page", "dpd.page.base", "dpd.page.kinds",
+    "dpd", "dpd.folders", "dpd.errors",
+    "dpd.page.own", "dpd.page", "dpd.page.base", "dpd.page.kinds",
     "dpd.runs", "dpd.runs.result",
-    "dpd.scene.sections", "dpd.scene.yaml", "dpd.sources",
+    "dpd.scene.sections", "dpd.scene.yaml", "dpd.digests",
 )  # fmt: skip
 COMPILER = "dpd.jit"  # what a module with kernels imports
 TEXT = re.compile(r"\w+\.\w+")  # that may name a file beside a module
@@ -64,10 +61,7 @@ class Source(NamedTuple):
 
 
 def cached_on_disk(find: Callable[..., str]) -> Callable[..., str]:
-    """Decorator: for the same sources, what another process has found before is read again.
-
-    To parse all sources takes some tenths of a second, to read them three thousandths.
-    """
+    """Decorator: what a process has found is read again, in 3 ms, not parsed in some 300."""
 
     @cache
     @wraps(find)
@@ -273,10 +267,7 @@ NOT_IN_RUNS = frozenset({PACKAGE / "analysis" / "statistics.py"})
 
 @cached_on_disk
 def stage_digest(stage: str, *files: Path) -> str:
-    """Digest of the sources that decide what a stage, a key of `STAGES`, computes for any scene.
-
-    ``files`` are those of a paper that it runs: of a figure, or what sweeps of theory calculate.
-    """
+    """Digest of the sources of a stage in `STAGES`, for any scene, and of a paper's ``files``."""
     kinds = Observable, Start, Term
     pages = [f"{kind.package}.{name}" for kind in kinds for name in names(kind)]
     running = pages if stage in ("simulate", "measure") else []
@@ -329,3 +320,13 @@ def unused(pages: Iterable[str]) -> frozenset[Path | None]:
     acting = {path for page in pages if (path := file_of(page))}
     acting = acting.union(*(source_of(path).imports for path in acting))
     return frozenset(file_of(f"{Term.package}.{key}") for key in names(Term)) - acting
+
+
+def value_digest(value: object) -> str:
+    """Digest of a value made of plain dicts, lists, strings and numbers."""
+    return text_digest(json.dumps(value, sort_keys=True))
+
+
+def text_digest(text: str) -> str:
+    """Twelve hexadecimal digits that differ where texts differ."""
+    return hashlib.sha256(text.encode()).hexdigest()[:12]

@@ -1,7 +1,5 @@
 """How long bonds are by their law alone, a page with the numbers of one pair of species."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -2,28 +2,41 @@
 
 import re
 from contextlib import suppress
+from functools import cache, partial
 from html import escape
 from pathlib import Path
 
 from dpd.analysis.verdicts import Entry
-from dpd.digest import ROOT
+from dpd.digests import calculations_file
 from dpd.errors import UserError
+from dpd.folders import ROOT
 from dpd.observe.common.measured import observables
-from dpd.own import calculations_of
 from dpd.page import Observable, find, names
-from dpd.pipeline.paper import Config, PaperFile, check_repository, read_paper, read_study
+from dpd.page.own import calculations_of
+from dpd.pipeline.jobs import PER_JOB, plan
+from dpd.pipeline.paper import (
+    Config,
+    PaperFile,
+    check_repository,
+    read_config,
+    read_paper,
+    read_study,
+)
 from dpd.pipeline.paths import LONG_STUDY
 from dpd.report import archive
 from dpd.report import rows as verdicts
 from dpd.report.figures import load_module
-from dpd.report.keys import key_table, markdown_table, rows_of, scene_rows, section_rows, text_of
+from dpd.report.keys import rows_of, scene_rows, section_rows, text_of
 from dpd.report.rows import Row
-from dpd.report.text import label, rendered
+from dpd.report.text import label
+from dpd.report.text import rendered as rendered_from
 from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
-from dpd.sources import calculations_file
 from dpd.start.common.make import system_of
 
+rendered = partial(rendered_from, folder=Path(__file__).parent)
+TIME = re.compile(r"(<!-- time: (\S+) -->).*?(<!-- end -->)")
+ARCHIVED = "quick"  # study whose time is recorded
 BLOCK = re.compile(r"(<!-- begin: (\S+) counts -->\n).*?(<!-- end -->)", re.S)
 FLUID = {
     "dimension": 3, "box": 6, "molecules": [{"architecture": "A 2 B 2", "count": 162}],
@@ -49,12 +62,13 @@ def pages() -> dict[Path, str]:
     keys = {name: rows_of(model, "") for name, model in sections.items()}
     keys["published"] = rows_of(Entry, "NAME.")
     text = {name: text_of(model) for name, model in (sections | {"scene": Basics}).items()}
-    scene = {"scene": scene_rows()}
     papers = sorted({row["paper"] for study in archive.studies() for row in rows_of_archive(study)})
     return {
-        readme: filled(readme.read_text()),
-        config / "README.md": _page("papers", keys, text=text),
-        config / "SCENES.md": _page("scenes", scene, text=text, run=run_table()),
+        readme: filled(TIME.sub(_timed, readme.read_text())),
+        config / "README.md": rendered("papers.md.j2", keys=keys, text=text),
+        config / "SCENES.md": rendered(
+            "scenes.md.j2", keys=scene_rows(), text=text, run=run_table()
+        ),
         **{archive.FIGURES / name / "README.md": paper_page(name) for name in papers},
     }
 
@@ -62,12 +76,6 @@ def pages() -> dict[Path, str]:
 def write_pages() -> list[Path]:
     """Write the pages that are not as they should be, and say which."""
     return archive.write_changed(ROOT, {str(path): text.encode() for path, text in pages().items()})
-
-
-def _page(template, keys, **values):
-    """A page from its template; keys are rows of tables by name."""
-    tables = {name: key_table(rows) for name, rows in keys.items()}
-    return rendered(f"{template}.md.j2", keys=tables, **values)
 
 
 def filled(text: str) -> str:
@@ -79,6 +87,27 @@ def filled(text: str) -> str:
         return f"{block[1]}{rendered('counts.md.j2', rows=rows, link=link)}{block[3]}"
 
     return BLOCK.sub(made, text)
+
+
+def _timed(found):
+    """How long a study takes on two cores, by the record of the archived one, if there is one."""
+    known, study = archive.manifest_of(ARCHIVED).get("minutes"), found[2]
+    if known is None:
+        return found[0]
+    (work, jobs), (asked, others) = _asked(ARCHIVED), _asked(study)
+    minutes = (asked * (known * 120 - jobs * PER_JOB) / work + others * PER_JOB) / 120
+    said = f"{minutes:.0f} minutes" if minutes < 120 else f"{minutes / 60:.0f} hours"
+    return f"{found[1]}{said}{found[3]}"
+
+
+@cache
+def _asked(study):
+    """Bead-steps and jobs of all papers."""
+    config = read_config({"study": study})
+    papers = [read_paper(name, study) for name in config["papers"]]
+    rows = plan(papers, study, config["batch"])
+    work = sum(3600 * row["core_hours"] * row["rate"] for row in rows)
+    return work, sum(row["jobs"] for row in rows)
 
 
 def paper_page(name: str) -> str:
@@ -96,25 +125,23 @@ def paper_page(name: str) -> str:
     link, doi = (verdicts.citations()[paper.title][key] for key in ("link", "doi"))
     known = calculations_of(name) if calculations_file(name).is_file() else {}
     rows = [row for key, each in known.items() for row in section_rows(each, key, "")]
-    return _page(
-        "paper", {"calculations": rows}, name=name, title=paper.title, reference=paper.reference,
+    return rendered(
+        "paper.md.j2", keys=rows, name=name, title=paper.title, reference=paper.reference,
         doi=f", [doi:{doi}]({link})" if doi else "", findings=_found(name, findings, tables),
         first=next(iter(known), ""),
-        studies=[_study(name, study, table, paper) for study, table in tables.items()],
+        studies=[
+            (study, read_study(study).description, table, _missing(study, paper))
+            for study, table in tables.items()
+        ],
+        long_study=LONG_STUDY,
         pictures=[(p.stem, load_module(name, p.stem)) for p in archive.pictures(name)],
     )  # fmt: skip
 
 
-def _study(name, study, table, paper):
-    """What a study finds; no counts of figures that its archive lacks, stopped before its end."""
+def _missing(study, paper):
+    """Figures that the archive of a study lacks, which was stopped before its end."""
     drawn = archive.manifest_of(study).get("figures")
-    missing = [figure for figure in paper.figures if drawn and f"{name}/{figure}" not in drawn]
-    return {
-        "name": study, "description": read_study(study).description,
-        "rows": table,
-        "folder": f"results/archive/{study}/{name}" if study == LONG_STUDY else "",
-        "missing": ", ".join(label(figure) for figure in missing),
-    }  # fmt: skip
+    return [each for each in paper.figures if drawn and f"{paper.name}/{each}" not in drawn]
 
 
 def _found(name, path, tables):
@@ -130,9 +157,9 @@ def rows_of_archive(study: str) -> list[Row]:
     return verdicts.verdict_rows(verdicts.read_rows(archive.ARCHIVE / study / archive.VERDICTS))
 
 
-def run_table() -> str:
-    """Markdown: the variables of run.nc, observable by observable."""
-    rows: dict[tuple[str, str], list[str]] = {}
+def run_table() -> list[tuple[str, ...]]:
+    """The variables of run.nc, observable by observable."""
+    rows: dict[tuple[str, str], tuple[str, ...]] = {}
     for observable in names(Observable):
         switches: list[tuple[dict, dict, str]] = [
             ({}, {key: True}, f", with `{key}: true`")
@@ -141,10 +168,9 @@ def run_table() -> str:
         ]
         for more, settings, where in (*SCENES, *switches):
             for name, (dimensions, _, units, text) in _variables(observable, more, settings):
-                line = [f"`{observable}`", f"`{name}`", ", ".join(dimensions), units]
-                rows.setdefault((observable, name), [*line, escape(text + where)])
-    head = ["observable", "variable", "dimensions", "units", "meaning"]
-    return markdown_table(head, rows.values())
+                row = (observable, name, ", ".join(dimensions), units, escape(text + where))
+                rows.setdefault(row[:2], row)
+    return list(rows.values())
 
 
 def _variables(observable, more, settings):
