@@ -33,9 +33,11 @@ from dpd.pipeline.paper import read_config, read_paper
 from dpd.digests import calculations_file, kernels_name, run_sources, stage_digest, start_sources
 from dpd.start import start_digest, start_is_shared
 
-# Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake.
+# Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake. A job has
+# the cores that it says: linear algebra starts no threads of its own, which a fork could not copy.
 here = {"PATH": f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}"}
 os.environ.update(here, PYTHONPATH=f"{ROOT / 'src'}:{ROOT}", MPLBACKEND="Agg")
+os.environ.update(OPENBLAS_NUM_THREADS="1")
 
 
 # Where rules find their commands, and how they call them: see rules/jobs.py.
