@@ -38,7 +38,7 @@ THERMO = {"observe": [{"thermo": {"every": 10}}]}
 LONG = SCENE | {
     "steps": {"equilibrate": 20, "sample": 10_000_000}, "observe": [{"thermo": {"every": 1000}}],
 }  # fmt: skip
-MEDIUM = SCENE | THERMO | {"steps": {"equilibrate": 20, "sample": 30_000}}
+MEDIUM = SCENE | THERMO | {"steps": {"equilibrate": 20, "sample": 120_000}}
 PAPER, POINT = "groot_warren_1997", "replica=0"
 RESULT = Path("results/smoke", PAPER, "runs/fluid", POINT, "run.nc")
 LOG = Path("results/smoke/logs", PAPER, "runs/fluid", f"{POINT}.log")
@@ -133,7 +133,7 @@ def test_kT_and_pressure_are_means_of_the_samples_so_far(here):
         assert mean == pytest.approx(values[name][:samples].mean(), rel=1e-12)
         assert error < 0.1 * mean
     done = only_run("run.nc")
-    assert done["state"] == DONE and done["step"] == 30_020 and done["rate"] > 0
+    assert done["state"] == DONE and done["step"] == 120_020 and done["rate"] > 0
     assert done["measured"]["pressure"][0] == pytest.approx(values["pressure"].mean(), rel=1e-12)
 
 

@@ -268,21 +268,18 @@ def compared(one: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
     squares = errors**2 - np.nan_to_num(shared) ** 2
     known = (squares > ROUNDING * errors**2).all(axis=1)
     both["z"] = (both.value - both.value_b) / np.sqrt(np.where(known, squares.sum(axis=1), np.nan))
-    both["likely_z"] = [_mean_square(pair) if k else np.nan for pair, k in zip(degrees, known)]
+    # Of values whose errors have so many degrees of freedom; Student's t makes it less than one.
+    many = np.minimum(np.nan_to_num(degrees, nan=np.inf), MANY)
+    drawn = np.random.default_rng(1).chisquare(many, (DRAWS, *many.shape)) / many
+    likely = np.mean(2 / (widening(many) ** 2 * drawn).sum(axis=2), axis=0)
+    both["likely_z"] = np.where(known, likely, np.nan)
     both["missing"] = there == 1
     both["flip"] = (there == 2) & (both.verdict != both.verdict_b)
     return both
 
 
-def _mean_square(degrees):
-    """Of z, of values whose errors have so many degrees of freedom; Student's t makes it < 1."""
-    many = np.minimum(np.nan_to_num(degrees, nan=np.inf), MANY)
-    drawn = np.random.default_rng(1).chisquare(many, (DRAWS, 2)) / many
-    return float(np.mean(2 / (widening(many) ** 2 * drawn).sum(axis=1)))
-
-
-def as_text(rows: pd.DataFrame) -> str:
-    """What `compared` found, per paper and in all, then the rows that differ most."""
+def summary(rows: pd.DataFrame) -> pd.DataFrame:
+    """What `compared` found, per paper and in all."""
     table = {}
     for name, part in (*rows.groupby("paper"), ("all", rows)):
         z = part.z.dropna()
@@ -292,7 +289,12 @@ def as_text(rows: pd.DataFrame) -> str:
             ">1.96": f"{(z.abs() > COVERAGE).mean():.1%}", "flips": part.flip.sum(),
             "missing": part.missing.sum(),
         }  # fmt: skip
-    lines = [pd.DataFrame(table).T.to_string(), "", MEANING]
+    return pd.DataFrame(table).T
+
+
+def as_text(rows: pd.DataFrame) -> str:
+    """The summary, then the rows that differ most."""
+    lines = [summary(rows).to_string(), "", MEANING]
     for title, part in (
         ("largest |z|", rows.loc[rows.z.abs().nlargest(WORST).index]),
         ("verdicts that differ", rows[rows.flip]),

@@ -63,17 +63,14 @@ def write_page(
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         progress={} if done else {
             "figures": len(made), "of": len(figures),
-            "runs": sum(_runs_done(paper, results) for paper in papers),
+            "runs": sum(  # more are there after an edit, of former points
+                min(runs, len([*Path(results.runs(paper.name, sweep)).glob("*/run.nc")]))
+                for paper in papers for sweep, runs in paper.runs.items()
+            ),
             "planned": sum(sum(paper.runs.values()) for paper in papers),
         },
     )  # fmt: skip
     replace_whole(path, lambda draft: draft.write_text(page, encoding="utf-8"))
-
-
-def _runs_done(paper, results):
-    """How many runs of a paper have a result; more are there after an edit, of former points."""
-    folders = {Path(results.runs(paper.name, sweep)): runs for sweep, runs in paper.runs.items()}
-    return sum(min(runs, len([*at.glob("*/run.nc")])) for at, runs in folders.items())
 
 
 def _paper(paper, study, results, rows, pictures, at, done):
