@@ -14,6 +14,7 @@ def test_commands_are_copies_of_one_process(tmp_path):
     folder, place = copy_repository(tmp_path / "copy"), mkdtemp()
     jobs = [sys.executable, folder / "rules" / "jobs.py"]
     own = os.environ | {"DPD_JOBS": f"{place}/jobs", "PYTHONPATH": str(folder / "src")}
+    own |= {"OPENBLAS_NUM_THREADS": "1"}
 
     def call(*words):
         return subprocess.run(
