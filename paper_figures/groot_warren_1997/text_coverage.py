@@ -4,11 +4,14 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.verdicts import Measured, shown_by
+from dpd.report.archive import ARCHIVE, compared, summary, table_of
 from dpd.report.style import BLACK, BLUE, GREEN, RED, Look, panels, points
 from paper_figures.groot_warren_1997.coverage import Coverage, coverage_of_pieces, slow_time
 
 WANTED = shown_by(__file__)["coverage_kT_20"]  # the same for all quantities and lengths
 LEAST, MOST = WANTED.value - WANTED.rounding, WANTED.value + WANTED.rounding
+
+SEEDS = (3, 4)  # of the two studies that the table compares
 
 TITLE = "Calibration of error bars: how often 95 % intervals hold the truth."
 PAPER_SHOWS = (
@@ -23,7 +26,10 @@ PAPER_SHOWS = (
 )
 ERRORS = (
     "Bars: 95 % intervals of binomial counts. Short runs are part of the long one, which is taken "
-    "into account."
+    "into account. The table: two archived quick studies that share no random number, of the seeds "
+    f"{SEEDS[0]} and {SEEDS[1]}, beside each other. z: a value's difference over its error, with "
+    "the rms that degrees of freedom let expect; flips: verdicts that differ; missing: values that "
+    "one study lacks, which have no verdict."
 )
 LENGTHS = (5, 10, 20, 50, 100, 200)  # correlation times
 JUDGED = (20, 100)
@@ -74,6 +80,12 @@ def measured(data):
                 f"{float(at.independent):.2f} if samples were taken for independent",
             )  # fmt: skip
     return found
+
+
+def table(data):
+    """Archived studies of two seeds beside each other, for each paper: what `dpd compare` says."""
+    one, other = (table_of(ARCHIVE / f"quick-seed{seed}") for seed in SEEDS)
+    return summary(compared(one, other)).rename_axis("paper").reset_index().astype(str)
 
 
 def describe(data):

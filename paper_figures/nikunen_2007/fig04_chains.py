@@ -88,8 +88,8 @@ def compute(sweeps):
                 for n in statics.length.values
             ]
     box = [_size(sweeps["box_size"], MAIN, BOX, dynamics)]
-    if MAIN in statics.set.values and BOX in statics.length.values:
-        box.append(_size(statics.sel(set=MAIN, length=BOX), MAIN, BOX, dynamics))
+    if BOX in runs.length.values:
+        box.append(_size(sizes.sel(length=BOX), MAIN, BOX, dynamics))
     curves, straight = [], []
     for n in runs.length.values:
         found, square = end_to_end(runs.sel(length=n))
