@@ -18,7 +18,7 @@ from dpd.commands.main import main
 from dpd.engine.loop import stored_in
 from dpd.files import read, write
 from dpd.folders import ROOT
-from dpd.pipeline.jobs import RATE, as_text, plan
+from dpd.pipeline.jobs import USUAL, as_text, plan
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import results_of
 from dpd.pipeline.status import (
@@ -199,14 +199,14 @@ def test_what_a_study_will_cost(here):
     """By the rates of its runs, or of another study's; assumed, and said to be, without any."""
     papers = [read_paper(PAPER, "smoke", only=["springs", "relaxation"])]
     rows = plan(papers, "smoke", 60)
-    assert {row["rate"] for row in rows} == {RATE} and "not measured" in as_text(rows, 2)
+    assert {row["rate"] for row in rows} == {USUAL} and "not measured" in as_text(rows, 2)
     for study, rates in {"quick": (2e6,), "smoke": (5e5, 1e6, 3e6)}.items():
         for number, rate in enumerate(rates):
             path = results_of(study).run(PAPER, "springs", f"point={number}")
             write(path, {}, {"bead_steps_per_second": rate})
     rows = {row["sweep"]: row for row in plan(papers, "smoke", 60)}
     assert rows["springs"]["rate"] == 1e6 and not rows["relaxation"]["measured"]
-    assert plan(papers, "paper", 60)[0]["rate"] == 1.5e6  # of all studies
+    assert plan(papers, "paper", 60)[0]["rate"] == 3e6  # the fastest of all studies
     scenes = [point.scene for point in papers[0].sweeps["springs"].points]
     work = sum(scene.beads * sum(scene.steps) for scene in scenes)
     assert rows["springs"]["core_hours"] == pytest.approx(work / 1e6 / 3600)

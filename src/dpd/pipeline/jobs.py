@@ -19,10 +19,10 @@ from dpd.pipeline.sweep import Point, Sweep
 from dpd.scene.scene import Scene
 from dpd.start import BYTES_PER_BEAD, start_digest, start_is_shared
 
-# Bead-steps per second on one core: nine of ten runs of the study `quick` are faster, and the
-# slowest of them has 3.6e6.
-RATE = 5e6
-PER_JOB = 1.5  # seconds that a job takes beside that: Python starts, a figure is drawn
+# Bead-steps per second on one core: nine of ten runs of the study `quick` are faster, the slowest
+# has 3.6e6; and of all together, on an AMD EPYC (Zen 5).
+RATE, USUAL = 5e6, 23e6
+PER_JOB = 0.9  # seconds that a job takes beside that: kernels are read, a figure is drawn
 GENEROUS = 5  # times what is expected: other processors are slower
 STARTUP = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
 PROCESSES = 1000  # MB of a run without beads, 200 measured, and of the Snakemakes that start it
@@ -108,7 +108,8 @@ def _kernels(scene, system):
 def plan(papers: Iterable[Paper], study: str, seconds: float) -> list[dict[str, Any]]:
     """Cost of every simulated sweep of some papers: a row each, with hours, MB of memory and disk.
 
-    By the median speed of its runs in this study, else in others, else by `RATE`: not ``measured``.
+    By the median speed of its runs in this study, else by the fastest one in others, which may be
+    short, else by `USUAL`: not ``measured``.
     ``seconds``: as of `batches`. Figures are jobs of a paper's first sweep.
     """
     rows: list[dict[str, Any]] = []
@@ -116,14 +117,14 @@ def plan(papers: Iterable[Paper], study: str, seconds: float) -> list[dict[str, 
         others = len(paper.figures) + len(paper.theory)
         for sweep in paper.sweeps.values():
             runs = [results_of(each).run(paper.name, sweep.name, "*") for each in (study, "*")]
-            known = _rates(runs[0]) or _rates(runs[1])
-            rate, scenes = median(known or [RATE]), [point.scene for point in sweep.points]
+            known = _rates(runs[0]) or [max(_rates(runs[1]), default=0)]
+            rate, scenes = median(known) or USUAL, [point.scene for point in sweep.points]
             hours = [scene.work / rate / 3600 for scene in scenes]
             rows.append({
                 "paper": paper.name, "sweep": sweep.name, "runs": len(scenes),
                 "beads": max(scene.beads for scene in scenes), "rate": rate,
                 "core_hours": sum(hours), "longest": max(hours), "memory": megabytes(scenes, 1),
-                "disk": sum(map(_kept, scenes)), "measured": bool(known),
+                "disk": sum(map(_kept, scenes)), "measured": any(known),
                 "jobs": len(batches(sweep, seconds)) + 1 + others,
             })  # fmt: skip
             others = 0
@@ -175,6 +176,6 @@ def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     if table.measured.all():
         return text
     return (
-        f"{text}\nRates in brackets are not measured: {RATE / 1e6:g}e6 bead-steps/s, which nine of "
-        "ten runs of 'quick' exceed. Runs of any study measure them: --config study=smoke first."
+        f"{text}\nRates in brackets are not measured: {USUAL / 1e6:g}e6 bead-steps/s, the mean "
+        "over all of 'quick'. Runs of any study measure them: --config study=smoke first."
     )
