@@ -1,6 +1,7 @@
 """Our own check: how often 95 % intervals hold the truth, over the length of runs."""
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from dpd.analysis.verdicts import Measured, shown_by
@@ -84,8 +85,10 @@ def measured(data):
 
 def table(data):
     """Archived studies of two seeds beside each other, for each paper: what `dpd compare` says."""
-    one, other = (table_of(ARCHIVE / f"quick-seed{seed}") for seed in SEEDS)
-    return summary(compared(one, other)).rename_axis("paper").reset_index().astype(str)
+    places = [ARCHIVE / f"quick-seed{seed}" for seed in SEEDS]
+    if not all(place.is_dir() for place in places):  # in a copy without the archive
+        return pd.DataFrame()
+    return summary(compared(*map(table_of, places))).rename_axis("paper").reset_index().astype(str)
 
 
 def describe(data):
