@@ -206,7 +206,6 @@ def test_a_gsd_file_that_is_wrong(tmp_path):
         ("frame.configuration.box = [4, 0, 4, 0, 0, 0]", "an edge that is not a positive"),
         ("frame.particles.position[3, 1] = np.nan", "bead 3 has a position"),
         ("frame.particles.position[5, 2] = 4", "bead 5 is outside of the box of 4 x 4 x 4"),
-        ("frame.bonds.N, frame.bonds.group = 2, [[0, 1], [1, 0]]", "0 and bead 1 are bonded more"),
     )
     for change, said in cases:
         frame = gsd.hoomd.Frame()

@@ -1,6 +1,5 @@
 """Files that are whole or not there; NetCDF that says what made it."""
 
-import errno
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -76,20 +75,15 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except (OSError, RuntimeError) as problem:
-        is_full = getattr(problem, "errno", None) in (errno.ENOSPC, errno.EDQUOT)
-        remedy = "make room there" if is_full else f"make {path.parent} writable"
-        remedy = f"{remedy} or choose another place"
-        if isinstance(problem, RuntimeError):  # of the NetCDF library, which does not say why
-            remedy = "is the disk full?"
-        raise UserError(f"{path}: cannot be written ({reason(problem)}); {remedy}") from None
+        raise UserError(
+            f"{path}: cannot be written ({reason(problem)}); make room there, or "
+            f"{path.parent} writable, or choose another place"
+        ) from None
 
 
 def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path] = ()) -> None:
     """Refuse a place that is no file, has another suffix, or is that of an input by any name."""
     path = Path(path)
-    name = os.path.abspath(path)
-    if "\\" in name or name.encode(errors="ignore").decode() != name:
-        raise UserError(f"{str(path)!r}: the NetCDF library opens no such name; choose another one")
     if os.path.exists(path) and not os.path.isfile(path):
         raise UserError(f"{path}: is no file, as a folder or a device; name the file to write")
     if path.suffix != suffix and suffix:  # run.NC would share with run.nc what lies beside

@@ -5,10 +5,8 @@ the file says so, its box is 2 thick, and all beads are at z = 0.
 """
 
 import hashlib
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import product
 from pathlib import Path
 
 import gsd.fl
@@ -25,7 +23,6 @@ SCHEMA = [2, 0]  # version of HOOMD's schema
 THICKNESS = 2.0  # of a box of two dimensions along z
 NO_BODY = -1
 DIGEST = 8  # bytes, of each frame of a trajectory
-PATIENCE = 1.0  # s between frames that can be seen: to flush takes hundredths of a second
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
 OTHERS = {"charge": 0, "body": NO_BODY, "angmom": 0, "orientation": [1, 0, 0, 0]}
 MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
@@ -35,11 +32,6 @@ def read_gsd(path: Path, frame: int = -1) -> Particles:
     """One frame, counted from 0, or from the last with negative numbers; `UserError` if bad."""
     with trajectory_to_read(path) as trajectory:
         frame = frame_number(frame, len(trajectory), path)
-        file, size = trajectory.file, path.stat().st_size
-        for group, place in product(("particles", "bonds", "angles", *MORE_BONDS), {0, frame}):
-            name = f"{group}/N"  # of a count beyond the bytes the library makes an array
-            if file.chunk_exists(place, name) and file.read_chunk(place, name)[0] > size:
-                raise UserError(f"{path}: {name} is more than fits in it; copy or write it again")
         found = trajectory[frame]
         if trajectory.file.application == APPLICATION:
             found.particles.body = np.array(NO_BODY)  # molecules, which bonds tell as well
@@ -149,7 +141,6 @@ def write_gsd(particles: Particles, path: Path) -> None:
 
 
 def _new_file(path):
-    path.touch()  # with the rights of any new file; the library would take some away
     return gsd.fl.open(str(path), "w", APPLICATION, "hoomd", SCHEMA)
 
 
@@ -166,7 +157,6 @@ class TrajectoryFile:
         self._trajectory: gsd.hoomd.HOOMDTrajectory | None = None
         self._before: tuple[Path, int, np.ndarray] | None = None  # see `_copy`
         self._is_longer = False  # than what is in its place, of which it has all frames
-        self._flushed = time.monotonic()
 
     def cut(self, frames: int, digests: np.ndarray) -> str:
         """Go on after the first frames of what a former process left; return why that cannot be."""
@@ -187,8 +177,6 @@ class TrajectoryFile:
         """Append a frame in single precision; return its digest."""
         with writing(self.unfinished):
             self._opened().append(frame)
-        if time.monotonic() - self._flushed > PATIENCE:
-            self.flush()
         return _digest(frame)
 
     def flush(self) -> None:
@@ -197,7 +185,6 @@ class TrajectoryFile:
             return  # there is no frame, or the trajectory is in its place already
         with writing(self.unfinished):
             self._opened().flush()
-        self._flushed = time.monotonic()
 
     def finish(self, result: Path) -> None:
         """Put the trajectory in its place, once the run is done.
@@ -233,25 +220,21 @@ class TrajectoryFile:
 
 def _copy(trajectory, source, frames, digests):
     """Append frames from another file, up to the first that is not meant; return what is wrong."""
-    whole = 0
+    if not frames:
+        return ""
     try:
-        for frame in _first_frames(source, frames):
-            if not np.array_equal(_digest(frame), digests[whole]):
-                return (
-                    f"{source}: its frames from {whole} on, of {frames}, are not those that the "
-                    "run has counted"
-                )
-            trajectory.append(frame)
-            whole += 1
+        with trajectory_to_read(source) as found:
+            for number in range(frames):
+                frame = found[number]
+                if not np.array_equal(_digest(frame), digests[number]):
+                    return (
+                        f"{source}: its frames from {number} on, of {frames}, are not those that "
+                        "the run has counted"
+                    )
+                trajectory.append(frame)
     except UserError as problem:
         return str(problem)
-    return "" if whole == frames else f"{source}: has {whole} frames of {frames}"
-
-
-def _first_frames(path, count):
-    if count:
-        with trajectory_to_read(path) as trajectory:
-            yield from (trajectory[number] for number in range(min(count, len(trajectory))))
+    return ""
 
 
 def _digest(frame):

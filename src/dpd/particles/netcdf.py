@@ -136,12 +136,8 @@ def fields_of(variables: Mapping[str, np.ndarray], path: object) -> Fields:
     """The density fields among the variables of a run; refused if they are lacking or damaged."""
     if FIELD not in variables:
         raise UserError(f"{path}: {_ASKED_FOR}")
-    density, box = variables[FIELD], variables.get("field_box", np.zeros((0, 0)))
-    time, names = variables.get("field_time", np.zeros(0)), variables.get("species", np.zeros(0))
-    frames, dimension = len(density), density.ndim - 2
-    shapes = (frames, dimension), (frames,), density.shape[1:2]
-    if (box.shape, time.shape, names.shape) != shapes or dimension not in (2, 3):
-        raise UserError(f"{path}: its density field is damaged; make the file anew")
+    asked = FIELD, "field_box", "field_time", "species"
+    density, box, time, names = (variables[name] for name in asked)
     there = np.isfinite(density).all(axis=tuple(range(1, density.ndim)))
     if not there.any():
         raise UserError(f"{path}: the run was lost before the first frame of its density field")

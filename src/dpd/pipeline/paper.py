@@ -19,6 +19,8 @@ CONFIG = ROOT / "config"
 WHERE, ROOT_STUDY = "config/config.yaml", "paper"  # whose values stand where no other is named
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 SEEDED = re.compile(r"(.*)-seed([2-9]|[1-9][0-9]+)")  # a study with noise of its own
+FILE = f"^{NAME.pattern}$"
+NAMES[FILE] = "letters, digits and _ . -, the first one no . or -"
 KEY = r"^[a-z][a-z0-9_]{0,79}$"
 NAMES[KEY] = "small letters, digits and _, up to 80"
 Key = Annotated[str, Field(pattern=KEY)]
@@ -40,7 +42,7 @@ class Config(Section):
     """Which study of which papers."""
 
     study: str = setting("Name of one of the studies.")
-    studies: dict[str, OneOr[str, Study]] = setting(
+    studies: dict[Annotated[str, Field(pattern=FILE)], OneOr[str, Study]] = setting(
         "Studies by name; a name alone is that of the parent, as `night: quick`."
     )
     seed: int = setting(
@@ -57,9 +59,17 @@ class Config(Section):
     papers: list[str] = setting("Names of files in config/papers.", min_length=1)
 
     def conflicts(self) -> Refusals:
-        """Studies without the one whose values the papers' files have first, and theirs."""
-        if "paper" not in self.studies:
+        """Studies without the one whose values the papers' files have first; children before it."""
+        if ROOT_STUDY not in self.studies:
             yield "studies", "the study 'paper' is missing, of which all others are children"
+        known = [ROOT_STUDY]
+        for name, given in self.studies.items():
+            if name == "archive" or SEEDED.fullmatch(name):
+                yield f"studies.{name}", f"results/{name} is not for a study; give another name"
+            parent = given if isinstance(given, str) else given.parent
+            if parent not in known:
+                yield f"studies.{name}", f"no study {parent!r} above it; {suggestion(parent, known)}"
+            known.append(name)
 
 
 class StudyNamed(NamedTuple):
@@ -73,26 +83,11 @@ class StudyNamed(NamedTuple):
 def studies() -> dict[str, Study]:
     """All studies by name, as config/config.yaml has them."""
     check_repository()
-    config = read_section(Config, read_yaml(CONFIG / "config.yaml"), WHERE)
-    if (CONFIG / "studies").exists():
-        raise UserError(
-            "config/studies: what a study changes stands beside a value in config/papers now, as "
-            "{paper: 4000, night: 1000}, and its name in config/config.yaml, as studies: {night: "
-            "quick}; move it there and remove the folder"
-        )
-    found = {}
-    for name, given in config.studies.items():
-        key = f"{WHERE}: studies.{name}"
-        check_name(f"{WHERE}: studies", name)
-        if name == "archive" or SEEDED.fullmatch(name):
-            raise UserError(f"{key}: results/{name} is not for a study; give it another name")
-        if isinstance(given, str):
-            given = Study(description=f"As {given}, with values of its own.", parent=given)
-        if name != ROOT_STUDY and given.parent not in config.studies:
-            said = suggestion(given.parent, config.studies)
-            raise UserError(f"{key}: no study {given.parent!r}; {said}")
-        found[name] = given
-    return found
+    given = read_section(Config, read_yaml(CONFIG / "config.yaml"), WHERE).studies
+    return {
+        name: Study(description=f"As {each}, with values of its own.", parent=each)
+        if isinstance(each, str) else each for name, each in given.items()
+    }  # fmt: skip
 
 
 def as_studied(value: Any, names: list[str], known: Collection[str], key: str) -> Any:
@@ -147,10 +142,7 @@ def read_study(name: str, key: str = "study") -> StudyNamed:
         )
     lineage = [file]
     while lineage[-1] != ROOT_STUDY:
-        parent = known[lineage[-1]].parent
-        if parent in lineage:
-            raise UserError(f"{WHERE}: studies.{parent}: its parents lead back to it")
-        lineage.append(parent)
+        lineage.append(known[lineage[-1]].parent)
     said = known[file].description
     return StudyNamed(said if seed == 1 else f"With the seed {seed}: {said}", lineage, seed)
 
@@ -169,8 +161,6 @@ def file_of_paper(key: str, paper: str) -> Path:
     check_repository()
     check_name(key, paper)
     folders = [CONFIG / "papers", *([PAPERS_DIR] if PAPERS_DIR else [])]
-    if not folders[-1].is_dir():
-        raise UserError(f"papers_dir: {folders[-1]}: there is no such folder; name that of papers")
     there = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
     found, names = [path for path in there if path.stem == paper], [path.stem for path in there]
     if len(found) > 1:
@@ -184,10 +174,7 @@ def file_of_paper(key: str, paper: str) -> Path:
 def check_name(key: str, name: object) -> None:
     """Refuse a name that would not do for a folder, or would mean something in a shell."""
     if not NAME.fullmatch(str(name)):  # YAML has numbers as keys
-        raise UserError(
-            f"{key}: {shown(name)} cannot be a name here; allowed: letters, digits and _ . -, the "
-            "first one no . or -"
-        )
+        raise UserError(f"{key}: {shown(name)} cannot be a name here; allowed: {NAMES[FILE]}")
 
 
 # --- papers
@@ -212,12 +199,9 @@ class Sampling(Section):
     where: str = setting("Section, figure or table that says so, or that leaves it unsaid.")
 
     def conflicts(self) -> Refusals:
-        """Steps and a duration, and what belongs to steps without them."""
+        """Steps and a duration."""
         if self.steps is not None and self.duration is not None:
             yield "duration", "there are 'steps' as well; keep one"
-        for key in ("runs", "dt"):
-            if getattr(self, key) is not None and self.steps is None:
-                yield key, "the key 'steps' is missing, which it belongs to"
 
 
 class Figure(Section):
@@ -247,10 +231,18 @@ class PaperFile(Section):
 
     def conflicts(self) -> Refusals:
         """What is wrong with a sweep, and names of what the paper has not, or has twice."""
+        users: dict[str, str] = {}
         for name, sweep in self.sweeps.items():
             yield from inside(f"sweeps.{name}", sweep.conflicts())
             yield from inside(f"sweeps.{name}.derive", self._derived(name))
-        yield from self._seeds()
+            seeds = sweep.seeds or name
+            if seeds in users:  # their noise would be the same
+                text = (
+                    f"{seeds!r} gives it the noise of the sweep {users[seeds]!r}; allowed: the "
+                    "former name of a sweep that was renamed"
+                )
+                yield f"sweeps.{name}.seeds", text
+            users[seeds] = name
         for figure, given in self.figures.items():
             for kind, there in (("sweeps", self.sweeps), ("measurements", self.measurements)):
                 for name in getattr(given, kind):
@@ -261,37 +253,26 @@ class PaperFile(Section):
             yield from inside(f"sampling.{number}", sampling.conflicts())
             yield from inside(f"sampling.{number}", self._sampled(sampling))
 
-    def _seeds(self):
-        """Two sweeps with the same seeds: their noise would be the same."""
-        users: dict[str, str] = {}
-        for name, sweep in self.sweeps.items():
-            seeds = sweep.seeds or name
-            if seeds in users:
-                text = (
-                    f"{seeds!r} gives it the noise of the sweep {users[seeds]!r}; allowed: the "
-                    "former name of a sweep that was renamed"
-                )
-                yield f"sweeps.{name}.seeds", text
-            users[seeds] = name
-
     def _sampled(self, said):
         """What is said of the sampling of a sweep that the paper has not, or has no runs."""
+        simulated = {name: each for name, each in self.sweeps.items() if each.theory is None}
         for name in said.sweeps:
-            if name not in self.sweeps:
-                yield "sweeps", f"no sweep {name!r}; {suggestion(name, self.sweeps)}"
+            if name not in simulated:
+                yield "sweeps", f"no sweep {name!r} with runs; {suggestion(name, simulated)}"
                 continue
-            if self.sweeps[name].theory is not None:
-                yield "sweeps", f"{name!r} is calculated and has no runs"
-            axes = self.sweeps[name].axes or {}
+            axes = simulated[name].axes or {}
             for axis in said.at or {}:
                 if axis not in axes:
                     yield "at", f"sweep {name} has no axis {axis!r}; {suggestion(axis, axes)}"
 
     def _derived(self, name):
         """Sources that are no sweep, are derived themselves, or have not the values it needs."""
-        own, scene = self.sweeps[name].axes or {}, self.sweeps[name].scene
+        own = self.sweeps[name].axes or {}
         for key, rule in (self.sweeps[name].derive or {}).items():
-            if not _has(scene, key):
+            place: Any = self.sweeps[name].scene
+            for part in key.split("."):
+                place = place.get(part) if isinstance(place, dict) else None
+            if place is None:
                 text = (
                     "the sweep's scene has no such key; give it there with a value to plan with, "
                     "or correct the key"
@@ -317,15 +298,6 @@ class PaperFile(Section):
                     if value not in described.taken:
                         text = f"{rule.from_!r} has no {axis} {value}, which this sweep needs"
                         yield f"{key}.from", f"{text}; add it there"
-
-
-def _has(scene, key):
-    """Whether a scene has a key of dotted parts."""
-    for part in key.split("."):
-        if not isinstance(scene, dict) or part not in scene:
-            return False
-        scene = scene[part]
-    return True
 
 
 @dataclass(frozen=True)

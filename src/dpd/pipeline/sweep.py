@@ -19,7 +19,6 @@ from dpd.scene.scene import Scene
 from dpd.scene.yaml import changed, merge, read_section
 
 MOST_POINTS = 5000  # of a sweep; Snakemake is slow from some thousand jobs on
-LONGEST_NAME = 200  # letters of a point; a file system has names of up to 255
 # What a collected sweep keeps beside the observables (see dpd.analysis.collect).
 TAKEN = {
     "axis", "beads", "block", "kind", "kT", "number_density", "replica", "sample", "scene",
@@ -276,12 +275,6 @@ def _places(axes: list[Axis], key: str, only: Collection[str]) -> Iterator[tuple
         ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels)): labels
         for labels in product(*(axis.labels for axis in axes))
     }
-    longest = max(found, key=len)
-    if len(longest) > LONGEST_NAME:
-        raise UserError(
-            f"{key}.axes: a point would be named {shown(longest, str)}, with {len(longest)} "
-            f"letters; allowed: <= {LONGEST_NAME}; give axes and labels shorter names"
-        )
     for at in only if only and found.keys() >= set(only) else found:
         yield at, found[at], f"{key} ({at})" if at else key
 
