@@ -118,7 +118,7 @@ class Particles(NamedTuple):
                 bad = ~np.isfinite(array).all(axis=0)
                 refuse_if(bad, f"has a {name} that is not a finite number", "write it again")
         given, length = self.position.astype(float), box[:, None]
-        far = (given < -ROUNDING * length) | (given > (1 + ROUNDING) * length)
+        far: Any = (given < -ROUNDING * length) | (given > (1 + ROUNDING) * length)
         if slide := slide_of(self.box):  # files may have them in the tilted box
             far[slide.flow] = False
         far, (position, _) = far.any(axis=0), wrapped(given, self.box)

@@ -68,7 +68,8 @@ class Config(Section):
                 yield f"studies.{name}", f"results/{name} is not for a study; give another name"
             parent = given if isinstance(given, str) else given.parent
             if parent not in known:
-                yield f"studies.{name}", f"no study {parent!r} above it; {suggestion(parent, known)}"
+                said = f"no study {parent!r} above it; {suggestion(parent, known)}"
+                yield f"studies.{name}", said
             known.append(name)
 
 
