@@ -1,6 +1,5 @@
 """What git keeps of studies: verdicts, of the long one figures with numbers; and how two differ."""
 
-import hashlib
 import math
 import os
 from collections.abc import Sequence
@@ -33,13 +32,13 @@ from dpd.report.style import LOOK
 ARCHIVE = ROOT / "results" / "archive"
 FIGURES = ROOT / "paper_figures"
 VERDICTS, MANIFEST = "verdicts.csv", "manifest.yaml"
-LIMIT = 10_000_000  # bytes of an archive: git keeps every version of it for ever
 HEAD = """\
-# Written by `python -m dpd archive`: what made the files beside this one, and their checksums.
+# Written by `python -m dpd archive`: what made the files beside this one.
 # `figures` names the entry of `parts` that made each: a figure that is not drawn where that is
 # called stays. `minutes`: from the first file of the study to its last.
 """
 KEY = ["paper", "figure", "quantity"]
+SHOWN = ["z", *KEY, "value", "error", "verdict", "value_b", "error_b", "verdict_b"]
 DRAWS = 400  # of two errors, which say how far their values should differ
 WORST = 10  # rows that are listed
 ROUNDING = 1e-9  # of the square of an error: what is left of one that is systematic
@@ -66,9 +65,8 @@ def keep(study: str, runs_from: float = math.inf) -> list[Path]:
     papers = sorted({row["paper"] for row in read_rows(source)})
     written = [each.stat().st_mtime for each in Path(results.folder).rglob("*.*")]
     took = {"minutes": round((max(written) - min(written)) / 60, 1)}  # where it was made at once
-    table = {VERDICTS: source.read_bytes()}
-    manifest = manifest_text({"study": study} | took | _made_by() | {"files": {}}, table)
-    contents = {f"{study}/{VERDICTS}": table[VERDICTS], f"{study}/{MANIFEST}": manifest.encode()}
+    manifest = manifest_text({"study": study} | took | _made_by())
+    contents = {f"{study}/{VERDICTS}": source.read_bytes(), f"{study}/{MANIFEST}": manifest}
     for paper in [] if SEEDED.fullmatch(study) else papers:
         for archived in pictures(paper):
             drawn = Path(results.figure(paper, archived.stem, "png"))
@@ -114,13 +112,10 @@ def manifest_of(study: str) -> dict[str, Any]:
     return yaml.safe_load(path.read_text()) if path.is_file() else {}
 
 
-def manifest_text(manifest: dict[str, Any], contents: dict[str, bytes]) -> str:
-    """A manifest as it is written, with size and checksum of some new files."""
-    manifest["files"] |= {
-        name: {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
-        for name, data in contents.items()
-    }
-    return HEAD + yaml.safe_dump(manifest, sort_keys=False, allow_unicode=True, width=100)
+def manifest_text(manifest: dict[str, Any]) -> bytes:
+    """A manifest as its file has it."""
+    text = yaml.safe_dump(manifest, sort_keys=False, allow_unicode=True, width=100)
+    return (HEAD + text).encode()
 
 
 def table_text(rows: Sequence[Row]) -> bytes:
@@ -131,15 +126,15 @@ def table_text(rows: Sequence[Row]) -> bytes:
 def keep_whole(
     study: str, results: Results, papers: Sequence[Paper], runs_from: float = math.inf
 ) -> list[Path]:
-    """Keep figures and numbers as far as made, else those of before; and runs of that many hours.
+    """Keep figures and numbers as far as made, else those of before; and runs that took so long.
 
-    Raises `UserError`, and nothing changes, if nothing is there, or it would be above `LIMIT`.
+    Raises `UserError`, and nothing changes, if nothing is there.
     """
     target, former, made = ARCHIVE / study, manifest_of(study), _made_by()
     part = f"{made['date']} {made['commit']}"
     parts = former.get("parts", {}) | {part: made}
-    figures, rows, drawn = {}, [], False
     before = read_rows(target / VERDICTS) if former else []
+    figures, rows = {}, []
     contents: dict[str, bytes] = {}
     for paper, figure in [(each.name, figure) for each in papers for figure in each.figures]:
         name = f"{paper}/{figure}"
@@ -147,34 +142,23 @@ def keep_whole(
             Path(results.figure(paper, figure, kind)) for kind in ("png", "nc", "csv")
         )
         if picture.is_file() and numbers.is_file() and table.is_file():
-            drawn, figures[name] = True, part
+            figures[name] = part
             contents |= {f"{name}.png": small_png(picture), f"{name}.nc": numbers.read_bytes()}
             rows += read_rows(table)
         elif name in former.get("figures", {}):
             figures[name] = former["figures"][name]
-            kept = [f"{name}.png", f"{name}.nc"]
-            contents |= {each: (target / each).read_bytes() for each in kept}
             rows += [row for row in before if f"{row['paper']}/{row['figure']}" == name]
-    runs = dict(_long_runs(target, papers, results, runs_from))
-    if not drawn and not runs:
+    for name, path in _runs(papers, results) if runs_from < math.inf else ():
+        if path.is_file() and files.attributes(path)["seconds"] >= 3600 * runs_from:
+            contents[name] = path.read_bytes()
+    if not contents:
         raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
-    contents = {VERDICTS: table_text(rows)} | contents | runs
-    manifest = {
-        "study": study,
-        "parts": {name: parts[name] for name in parts if name in figures.values()},
-        "figures": figures, "files": {},
-    }  # fmt: skip
-    contents[MANIFEST] = manifest_text(manifest, contents).encode()
-    if (size := sum(map(len, contents.values()))) > LIMIT:
-        largest = max(contents, key=lambda name: len(contents[name]))
-        raise UserError(
-            f"{target}: it would have {size / 1e6:.1f} MB, and {LIMIT / 1e6:g} MB are allowed; the "
-            f"largest file is {largest}: let that figure keep or draw less"
-        )
-    for path in target.rglob("*"):
-        if path.is_file() and str(path.relative_to(target)) not in contents:
-            path.unlink()
-    return write_changed(target, contents)
+    used = {name: parts[name] for name in parts if name in figures.values()}
+    manifest = manifest_text({"study": study, "parts": used, "figures": figures})
+    for name in former.get("figures", {}).keys() - figures.keys():
+        for kind in ("png", "nc"):
+            (target / f"{name}.{kind}").unlink(missing_ok=True)
+    return write_changed(target, contents | {VERDICTS: table_text(rows), MANIFEST: manifest})
 
 
 def write_changed(target: Path, contents: dict[str, bytes]) -> list[Path]:
@@ -205,7 +189,6 @@ def redraw(study: str) -> list[Path]:
         contents[f"{name}.png"] = small_png(whole)
         rows += verdicts_of(module, paper, figure, data).to_dict("records")
     contents[VERDICTS] = table_text(rows)
-    contents[MANIFEST] = manifest_text(manifest, contents).encode()
     return write_changed(target, contents)
 
 
@@ -218,28 +201,13 @@ def _runs(papers, results):
                 yield name, Path(results.run(paper.name, sweep.name, point.name))
 
 
-def _long_runs(target, papers, results, hours):
-    """Name in the archive and content of runs that took long, from here or from the archive."""
-    for name, path in _runs(papers, results) if hours < math.inf else ():
-        for place in (path, target / name):
-            if place.is_file() and files.attributes(place).get("seconds", 0) >= 3600 * hours:
-                yield name, place.read_bytes()
-                break
-
-
 def restore(study: str) -> list[Path]:
-    """Put archived runs where Snakemake looks, and name them; `UserError` if there is none."""
+    """Put archived runs that are missing where Snakemake looks, and name them."""
     read_study(study)
     papers = [read_paper(name, study) for name in read_config()["papers"]]
     every = [(ARCHIVE / study / name, path) for name, path in _runs(papers, results_of(study))]
-    archived = [(source, path) for source, path in every if source.is_file()]
-    if not archived:
-        raise UserError(
-            f"{ARCHIVE / study}: no runs are archived there; 'python -m dpd archive {study} "
-            "--runs-from HOURS' keeps those that took as long or longer"
-        )
-    missing = {str(path): source.read_bytes() for source, path in archived if not path.is_file()}
-    return write_changed(Path(), missing)
+    missing = [(source, path) for source, path in every if source.is_file() and not path.is_file()]
+    return write_changed(Path(), {str(path): source.read_bytes() for source, path in missing})
 
 
 def table_of(name: str | Path) -> pd.DataFrame:
@@ -300,13 +268,6 @@ def as_text(rows: pd.DataFrame) -> str:
         ("verdicts that differ", rows[rows.flip]),
         ("values that one study lacks", rows[rows.missing]),
     ):
-        lines += ["", f"{title}:"]
-        for row in part.to_dict("records"):
-            values = (
-                f"{row[f'value{s}']:.5g} ± {row[f'error{s}']:.2g} (df "
-                f"{row[f'degrees{s}']:.3g}, {row[f'verdict{s}'].split()[0]})"
-                for s in ("", "_b")
-            )
-            name = f"{row['paper']} {row['figure']}: {row['quantity']}"
-            lines.append(f"  z {row['z']:5.2f}  {name}: {' and '.join(values)}")
+        shown = part[SHOWN].to_string(index=False, float_format="{:.4g}".format)
+        lines += ["", f"{title}:", shown if len(part) else "none"]
     return "\n".join(lines)
