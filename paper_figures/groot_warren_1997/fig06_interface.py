@@ -30,8 +30,9 @@ def compute(sweeps):
     mean, error = mean_and_even_error(moved)
     total, total_error = mean_and_even_error(moved.sum(axis=1))
     # The dip: within half a cutoff of either interface on both sides, against the bulk.
-    at_interface = seen.total[:, seen.distance < 0.5].mean(axis=1)
-    in_the_bulk = seen.total[:, in_bulk(seen.distance)].mean(axis=1)
+    every = seen.density.sum(axis=1)  # beads of both species
+    at_interface = every[:, seen.distance < 0.5].mean(axis=1)
+    in_the_bulk = every[:, in_bulk(seen.distance)].mean(axis=1)
     dip, dip_error = block_mean_and_error(at_interface / in_the_bulk - 1)
     units = {"units": "1 / r_c^3"}
     return xr.Dataset(

@@ -41,14 +41,12 @@ def compute(sweeps):
             "error": ("length", np.append(one.errors if one else np.nan, error)),
             "fitted": ("length", np.append(False, chosen)),
             "drift": ("length", np.append(0.0, chains.drift.values)),
-            "counted": ("length", np.append(np.nan, chains.counted.values)),
         },
         {"length": np.append(1.0, length)},
     )
     data.ratio.attrs = {"units": "r_c", "long_name": "chi N kT / Delta a"}
     data.error.attrs = {"units": "r_c", "long_name": "standard error"}
     data.drift.attrs = {"units": "1", "long_name": "change between halves in standard errors"}
-    data.counted.attrs = {"units": "1", "long_name": "minority beads in the bulk windows"}
     put_fit(data, "slope", slope_fit(data))
     for name, first in (("offset", False), ("offset_with_1", True)):
         use = data.fitted.values | (

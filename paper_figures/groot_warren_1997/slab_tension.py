@@ -88,7 +88,7 @@ def slab_tension(run: xr.Dataset) -> SlabTension:
         tension_of_tensor(run) if "pressure_tensor" in run else None,
         tuple(measured(missing[:, clear & side].mean(axis=1)) for side in (lower, ~lower)),
         Measured(*interface_width(seen)),
-        composition(seen, scene.volume / run.sizes["z"]),
+        composition(seen),
     )
 
 

@@ -24,19 +24,11 @@ STEADY = 2.0  # standard errors by which the halves of a run may differ
 ENOUGH = 5.0  # independent samples without which an error is a guess
 PRECISE = 0.3  # largest relative error of a fraction whose logarithm still has a linear error
 
-FOUND = {  # by `sweep_chi`, with units
-    "chi": ("1", "chi by Eq. 18"),
-    "chi_error": ("1", "standard error"),
-    "fraction": ("1", "minority fraction"),
-    "drift": ("1", "change between halves in standard errors"),
-    "samples": ("1", "independent samples in a run"),
-    "counted": ("1", "minority beads in the bulk"),
-    "settled": ("1", "whether in equilibrium"),
-    "width": ("r_c", "width of the interfaces"),
-    "width_error": ("r_c", "standard error"),
-    "moved": ("r_c", "largest distance between two places of one interface"),
-    "excess_repulsion": ("kT / r_c", "a_AB - a_AA"),
-}
+# What `sweep_chi` gives, with units; ``drift`` is between halves, in standard errors.
+FOUND = {
+    "chi": "1", "chi_error": "1", "fraction": "1", "drift": "1", "settled": "1", "width": "r_c",
+    "width_error": "r_c", "excess_repulsion": "kT / r_c",
+}  # fmt: skip
 
 
 class Slabs(NamedTuple):
@@ -50,11 +42,6 @@ class Slabs(NamedTuple):
     # Whether an interface was not found within `FARTHEST` of where it began, in some block: near
     # the critical point slabs mix, and what is seen at a distance from there means nothing.
     lost: bool
-
-    @property
-    def total(self) -> np.ndarray:
-        """(block, n) density of all beads."""
-        return self.density.sum(axis=1)
 
 
 @taped
@@ -144,7 +131,6 @@ class Composition(NamedTuple):
     error: float
     drift: float  # from the first to the second half of the run, in standard errors of that
     samples: float  # independent ones that the run is worth
-    counted: float  # mean number of minority beads in the windows
     mixed: bool  # whether an interface was lost, or the fraction cannot be told from one half
 
     @property
@@ -159,7 +145,7 @@ class Composition(NamedTuple):
         return self.steady and precise
 
 
-def composition(seen: Slabs, slice_volume: float) -> Composition:
+def composition(seen: Slabs) -> Composition:
     """Minority fraction far from the interfaces, both phases taken together.
 
     Tails of interfaces between chains reach to the middle of the slabs. So the fraction beyond
@@ -170,9 +156,8 @@ def composition(seen: Slabs, slice_volume: float) -> Composition:
     The error is that of an average over the bulk or that of the fit, the larger. NaN, and so not
     settled, where the run is too short for it.
     """
-    bulk = in_bulk(seen.distance)
-    minority = seen.density[:, 0, bulk].sum(axis=1)
-    series = minority / seen.total[:, bulk].sum(axis=1)
+    density = seen.density[:, :, in_bulk(seen.distance)].sum(axis=2)
+    series = density[:, 0] / density.sum(axis=1)
     mean, error, tau = mean_and_error(series)
     width, _ = interface_width(seen)
     widest = LONGEST if np.isnan(width) else np.clip(width / 2, 2 * SHORTEST, LONGEST)
@@ -187,8 +172,7 @@ def composition(seen: Slabs, slice_volume: float) -> Composition:
     error = float(np.maximum(relative * fraction, fitted))
     samples = len(series) / (2 * tau)
     mixed = seen.lost or bool(fraction + STEADY * error >= 0.5)
-    counted = 4 * float(minority.mean()) * slice_volume  # on both sides of two interfaces
-    return Composition(fraction, error, drift, samples, counted, mixed)
+    return Composition(fraction, error, drift, samples, mixed)
 
 
 def in_bulk(distance: np.ndarray) -> np.ndarray:
@@ -237,8 +221,8 @@ def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     sweep = sweep[["scene", "density_profile"]]  # choosing runs costs for each variable there is
     rows = [_chi_of_point(sweep.isel({axis: place})) for place in range(sweep.sizes[axis])]
     variables = {  # put in at once: one by one each would be aligned with all others
-        name: (axis, [row[name] for row in rows], {"units": unit, "long_name": long_name})
-        for name, (unit, long_name) in FOUND.items()
+        name: (axis, [row[name] for row in rows], {"units": u, "long_name": name.replace("_", " ")})
+        for name, u in FOUND.items()
     }
     return xr.Dataset(variables, {axis: sweep[axis]})
 
@@ -246,17 +230,15 @@ def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
 def _chi_of_point(runs):
     """What `sweep_chi` says of one point, by name."""
     scene = first_scene(runs)
-    slice_volume = scene.volume / runs.sizes["z"]
     profiles = runs.density_profile.transpose("replica", "block", "species", "z").values
     seen = [slabs(profile, runs.z.values, max(scene.box)) for profile in profiles]
-    parts = [composition(part, slice_volume) for part in seen]
+    parts = [composition(part) for part in seen]
     widths, width_errors = np.transpose([interface_width(part) for part in seen])
     together = Composition(
         float(np.mean([part.fraction for part in parts])),
         float(np.sqrt(sum(part.error**2 for part in parts))) / len(parts),
         max((part.drift for part in parts), key=abs),
         float(sum(part.samples for part in parts)),
-        float(np.mean([part.counted for part in parts])),
         any(part.mixed for part in parts),
     )
     chi = chi_and_error(together.fraction, together.error, len(scene.molecules[0].beads))
@@ -267,6 +249,5 @@ def _chi_of_point(runs):
         "settled": float(together.settled),
         "width": float(widths.mean()),
         "width_error": float(np.sqrt((width_errors**2).sum())) / len(widths),
-        "moved": float(max(np.ptp(part.position, axis=0).max() for part in seen)),
         "excess_repulsion": scene.repulsion[a, b] - scene.repulsion[a, a],
     }
