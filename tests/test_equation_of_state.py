@@ -19,7 +19,6 @@ from dpd.theory.equation_of_state import (
 )
 from dpd.theory.integral_equations import (
     RANGE,
-    NoSolution,
     R,
     potentials,
     solve,
@@ -150,10 +149,7 @@ BAD = [
     (lambda: repulsion_of(3, gw, 3), "no repulsion gives 3; allowed: more than 3, the pressure of"),
     (lambda: repulsion_of(20, rgw, 0.01), "no repulsion up to 1024 gives 20"),
     (lambda: thermal(Fluid(3, 25), Fluid(3, 25), 1e3), "no repulsion gives 1000; allowed: "),
-    (lambda: solve(0, 25), "density: 0 is out of range; allowed: at least one above 0"),
     (lambda: solve(3, -25), "repulsion: -25 is out of range"),
-    (lambda: solve([1, 2], 25), "n rows and columns"),
-    (lambda: solve([1, 2], [[25, 30], [31, 25]]), "a_ij = a_ji"),
 ]
 
 
@@ -267,5 +263,5 @@ def test_the_cavity_function_is_smooth_where_the_potential_ends():
 @pytest.mark.thorough
 def test_a_mixture_that_separates_has_no_solution():
     """Fluctuations of composition grow without bound."""
-    with pytest.raises(NoSolution, match=r"no solution at density 1\.5, 1\.5 and repulsion 25, 60"):
+    with pytest.raises(ValueError, match=r"no solution at density 1\.5, 1\.5 and repulsion 25, 60"):
         solve([1.5, 1.5], [[25, 60], [60, 25]])

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scipy.optimize import brentq
 from scipy.special import erf
 
-from dpd.theory.integral_equations import NoSolution, R, at_distances, checked, solve
+from dpd.theory.integral_equations import R, at_distances, checked, solve
 
 # Pressure coefficient alpha when g(r) = 1: -1 / (2 d) times the integral of r u'(r) / a.
 MEAN_FIELD = {2: np.pi / 24.0, 3: np.pi / 30.0}
@@ -93,7 +93,7 @@ def crgw(
     m = 1 the equation is that of `rgw`.
 
     ``rho_chain``: chains per r_c^3. ``m``, ``length``: beads of a chain, and the length of a bond.
-    Raises `NoSolution` if the integral equation has none.
+    Raises `ValueError` if the integral equation has none.
 
     Examples
     --------
@@ -115,12 +115,11 @@ def ln_y_slope(
     density: npt.ArrayLike, a: npt.ArrayLike, length: npt.ArrayLike, where: npt.ArrayLike = True
 ) -> np.ndarray:
     """d ln y(length) / d density of single beads, by a central difference; 0 but ``where``."""
-    points = np.broadcast(density, a, length, where)
-    slopes = [
-        float(at_distances(_slopes(float(rho), float(one)), distance)) if needed else 0.0
-        for rho, one, distance, needed in points
-    ]
-    return np.reshape(slopes, points.shape)
+
+    def slope(rho, a, distance, needed):
+        return at_distances(_slopes(float(rho), float(a)), distance) if needed else 0.0
+
+    return np.vectorize(slope, otypes=[float])(density, a, length, where)
 
 
 def repulsion_of(
@@ -169,15 +168,10 @@ def _repulsion(equation, wanted, ideal, *chain):
     if weak >= wanted:  # the pressure is linear there
         return SMALLEST * (wanted - ideal) / (weak - ideal)
     low, high = SMALLEST, 1.0
-    try:
-        while (most := pressure_of(high)) < wanted and high < LARGEST:
-            low, high = high, 2 * high
-        if most >= wanted:
-            return brentq(lambda a: pressure_of(a) - wanted, low, high, xtol=1e-10)
-    except NoSolution as problem:
-        raise NoSolution(
-            f"pressure: no repulsion up to {low:g} gives {wanted:g}, and {problem}"
-        ) from None
+    while (most := pressure_of(high)) < wanted and high < LARGEST:
+        low, high = high, 2 * high
+    if most >= wanted:
+        return brentq(lambda a: pressure_of(a) - wanted, low, high, xtol=1e-10)
     raise ValueError(
         f"pressure: no repulsion up to {high:g} gives {wanted:g}, and that gives {most:.5g}; "
         "allowed: less, or a higher density"

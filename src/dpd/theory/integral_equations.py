@@ -38,10 +38,6 @@ CLOSEST = 1 / 64  # how near the last state is that converged, where there is no
 SMALLEST_PART = 2.0**-20  # of the repulsions, if they are far too large
 
 
-class NoSolution(ValueError):
-    """The integral equation has no solution, or none was found."""
-
-
 class Structure(NamedTuple):
     """Solution of the integral equation for n species, at the distances `R`."""
 
@@ -74,8 +70,8 @@ def solve(
     approximation c = -u; where this leads nowhere the repulsions are raised from 0 in steps.
 
     ``densities``: float or (n,) array; beads of each species per r_c^3. Those of a solute may be 0.
-    ``repulsions``: float or (n, n) array; a_ij = a_ji, 0 or more. Raises `NoSolution` if none was
-    found, as of a mixture that separates, and `ValueError` if an argument is not as said here.
+    ``repulsions``: float or (n, n) array; a_ij = a_ji, 0 or more. Raises `ValueError` if
+    none was found, as of a mixture that separates, or of a number below 0.
 
     Examples
     --------
@@ -83,7 +79,8 @@ def solve(
     >>> round(float(fluid.g[0, 0, 0]), 3)  # at the distance R[0] = 0.01
     0.001
     """
-    rho, a = _checked(densities, repulsions)
+    rho = np.atleast_1d(checked("density", densities))
+    a = np.atleast_2d(checked("repulsion", repulsions))
     first = _gamma_of(-potentials(a), rho) if start is None else start.gamma
     found = _converged(rho, a, first)
     return _raised(rho, a) if found is None else found
@@ -116,19 +113,6 @@ def at_distances(values: np.ndarray, distance: npt.ArrayLike) -> np.ndarray:
     points = checked("distance", distance, lambda r: (r >= 0) & (r <= R[-1]), f"0 to {R[-1]:g}")
     both_sides = np.concatenate([-R[::-1], R])
     return CubicSpline(both_sides, np.concatenate([values[::-1], values]))(points)
-
-
-def _checked(densities, repulsions):
-    rho = np.atleast_1d(checked("density", densities))
-    a = np.atleast_2d(checked("repulsion", repulsions))
-    if rho.ndim != 1 or a.shape != 2 * rho.shape or not np.array_equal(a, a.T):
-        raise ValueError(
-            f"repulsions: a table of the shape {a.shape} for densities of {rho.shape}; allowed: "
-            "one density for each of n species, and n rows and columns with a_ij = a_ji"
-        )
-    if not np.any(rho > 0):
-        raise ValueError("density: 0 is out of range; allowed: at least one above 0")
-    return rho, a
 
 
 def _gamma_of(c, rho):
@@ -193,7 +177,7 @@ def _raised(rho, a):
         else:
             densities = ", ".join(f"{value:.5g}" for value in rho)
             repulsions = ", ".join(f"{value:.5g}" for value in a[np.triu_indices(len(rho))])
-            raise NoSolution(
+            raise ValueError(
                 f"HNC has no solution at density {densities} and repulsion {repulsions}; the last "
                 f"state that converged has repulsions {reached:.4g} times these"
             )
