@@ -1,6 +1,7 @@
 """What a run says of itself: pressures as in its file, and a word where kT is not right."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import xarray as xr
 
 from dpd.errors import UserError
 from dpd.files import read
-from dpd.report.text import run_warnings
+from dpd.report.text import caption
 from dpd.runs.result import temperature_warning
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
@@ -107,7 +108,10 @@ def test_what_would_heat_without_end_is_refused():
 def test_a_caption_shows_what_runs_warned_of():
     """A sentence for each sweep with warnings; none for measurements, nor for good runs."""
     texts = np.array([["", "kT is 1.2"], ["", "kT is 1.3"]], dtype=object)
-    bad = xr.Dataset({"warning": (("dt", "replica"), texts)})
-    good = xr.Dataset({"warning": (("dt",), np.array(["", ""], dtype=object))})
-    said = list(run_warnings({"hot": bad, "fine": good, "timing": xr.Dataset()}))
-    assert said == ["2 of 4 runs of hot warn; the first: kT is 1.2."]
+    about = {"description": "Runs."}
+    bad = xr.Dataset({"warning": (("dt", "replica"), texts)}, attrs=about)
+    good = xr.Dataset({"warning": (("dt",), np.array(["", ""], dtype=object))}, attrs=about)
+    sources = {"hot": bad, "fine": good, "timing": xr.Dataset(attrs=about)}
+    said = caption("rates", SimpleNamespace(TITLE="", PAPER_SHOWS=""), sources, xr.Dataset())
+    found = re.findall("</strong> (.*warn.*)</p>", said)
+    assert found == ["2 of 4 runs of hot warn; the first: <i>kT</i> is 1.2."]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from markupsafe import Markup
-from PIL import Image
+from PIL import Image, ImageOps
 
 from dpd import files
 from dpd.files import replace_whole
@@ -23,8 +23,7 @@ from dpd.report.rows import LEADS, Row, count
 from dpd.report.text import NUMBERED, label, named, rendered, span, typeset, whole
 
 DATA_FILES = ("page.html", "parts.html", "page.css")  # read here: part of the report's digest
-# In pixels of a picture: wider ones, and higher ones, have several panels.
-WIDE, HIGH, THUMB = 1500, 1100, (260, 200)
+WIDE, THUMB = 1500, (260, 200)  # pixels of a picture of several panels, and of a thumbnail
 COLOURS = 128  # of a picture in the page
 LEAST, MOST = 0.5, 2.0  # ends of the axis of ours over published
 BINS = np.arange(-6, 6.5, 0.5)  # of z
@@ -147,8 +146,8 @@ def _picture(path):
             few = image.convert("RGB").quantize(
                 COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
             )
-            panel = _first_panel(image.convert("RGB"))
-            panel.thumbnail(THUMB, Image.Resampling.LANCZOS)
+            # From the top left, where the first panel is: all of them could not be made out.
+            panel = ImageOps.fit(image.convert("RGB"), THUMB, centering=(0, 0))
             for target, drawn, options in (
                 (small, few.convert("RGB"), {"lossless": True}), (thumb, panel, {"quality": 65}),
             ):  # fmt: skip
@@ -162,23 +161,6 @@ def _picture(path):
             "src": src, "thumb": thumb, "width": image.width, "height": image.height,
             "wide": image.width > WIDE,
         }  # fmt: skip
-
-
-def _first_panel(image):
-    """A picture's first panel, which alone can be made out on a thumbnail."""
-    inked = np.asarray(image.convert("L")) < 250
-    width = _gap(inked.any(axis=0)) if image.width > WIDE else image.width
-    height = _gap(inked.any(axis=1)) if image.height > HIGH else image.height
-    return image.crop((0, 0, width, height))
-
-
-def _gap(inked):
-    """The middle of the widest empty stretch around the middle; a half where there is none."""
-    size = len(inked)
-    free = [place for place in range(int(0.28 * size), int(0.6 * size)) if not inked[place]]
-    stretches = np.split(free, np.flatnonzero(np.diff(free) > 1) + 1)
-    widest = max(stretches, key=len)
-    return int(np.mean(widest)) if len(widest) > 8 else size // 2
 
 
 def glance(rows: Iterable[Row], papers: Sequence[Row]) -> Row:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations_with_replacement
 from pathlib import Path
 from types import ModuleType
@@ -148,26 +148,22 @@ def caption(
     return rendered(
         "caption.html", module=module, numbers=numbers, sources=sources,
         whose=f"{label(figure)} of the paper" if NUMBERED.match(figure) else "Our own figure",
-        sweep_line=sweep_line, warned=list(run_warnings(sources)),
+        sweep_line=sweep_line,
         has_runs=any("scene" in source for source in sources.values()),
     )  # fmt: skip
 
 
-def run_warnings(sources: Mapping[str, xr.Dataset]) -> Iterator[str]:
-    """What runs have warned of, as of a kT that is not right: a sentence for each sweep."""
-    for name, source in sources.items():
-        texts = list(map(str, source["warning"].values.ravel())) if "warning" in source else []
-        if said := [text for text in texts if text]:
-            yield f"{len(said)} of {len(texts)} runs of {name} warn; the first: {said[0]}."
-
-
 def sweep_line(sweep: xr.Dataset) -> str:
-    """What a caption says of a collected sweep: system, forces, dynamics, sampling, axes."""
-    texts = dict.fromkeys(map(str, sweep.scene.values.ravel()))
-    scenes = [cached_scene(text, "sweep") for text in texts]
-    line = line_of(scenes, sweep.sizes["replica"])
+    """What a caption says of a sweep: system, forces, dynamics, sampling or what is calculated."""
+    if key := sweep.attrs.get("calculation"):
+        line = f"calculated, nothing is simulated: {key.replace('_', ' ')}"
+        axes = sweep.attrs["axes"].split()
+    else:
+        texts = dict.fromkeys(map(str, sweep.scene.values.ravel()))
+        scenes = [cached_scene(text, "sweep") for text in texts]
+        line, axes = line_of(scenes, sweep.sizes["replica"]), sweep.kT.dims[:-1]
     swept = []
-    for axis in (sweep[name] for name in sweep.kT.dims if name != "replica"):
+    for axis in (sweep[name] for name in axes):
         values, units = span(axis.values), axis.attrs.get("units", "1")
         name = axis.attrs.get("long_name", axis.name.replace("_", " "))
         # Not what the line says already, and not as a part of other values.
