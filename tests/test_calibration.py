@@ -13,10 +13,10 @@ from dpd.analysis.statistics import (
     degrees_of,
     interval,
     jackknife,
+    jackknife_error,
     linear_fit,
     mean_and_error,
     over_replicas,
-    serial_jackknife_error,
     widening,
 )
 from dpd.engine.loop import run
@@ -125,7 +125,7 @@ def test_jackknives_cover(name):
     assert LEAST <= coverage(blocks, 1.0, lambda _: found.T).share <= MOST
     tenths = blocks.reshape(10, 5, RUNS).mean(axis=1)
     left_out = np.exp(0.3 * (tenths.sum(axis=0) - tenths) / 9)
-    estimate = np.exp(0.3 * tenths.mean(axis=0)), serial_jackknife_error(left_out)
+    estimate = np.exp(0.3 * tenths.mean(axis=0)), jackknife_error(left_out, serial=True)
     assert HARD <= coverage(tenths, 1.0, lambda _: estimate).share <= MOST
 
 

@@ -117,7 +117,14 @@ def calculate(
     """
     begun, found = time.perf_counter(), []
     for done, point in enumerate(sweep.points, 1):
-        found.append(_calculated(point.scene, f"{paper}.yaml: sweeps.{sweep.name} ({point.name})"))
+        calculation: Calculation = point.scene
+        place = f"{paper}.yaml: sweeps.{sweep.name} ({point.name}): {calculation.key}"
+        with blaming(calculation, place):
+            try:
+                results = calculation.calculate()
+            except ValueError as problem:
+                raise UserError(f"{place}: {problem}") from None
+            found.append({name: Quantity(*value) for name, value in results.items()})
         progress(done)
     data, put = _on_axes(sweep)
     for name, (value, *about, dims) in found[0].items():
@@ -128,7 +135,6 @@ def calculate(
     data.attrs |= {
         "calculation": sweep.points[0].scene.key,
         "axes": " ".join(axis.name for axis in sweep.axes),
-        "description": _description(sweep),
         "sources": stage_digest("calculate", calculations_file(paper)),
         "points": sweep.calculated_digest,
         "seconds": time.perf_counter() - begun,
@@ -136,35 +142,10 @@ def calculate(
     return data
 
 
-def _calculated(calculation: Calculation, where: str) -> dict[str, Quantity]:
-    """What a calculation finds at one point, refused if it has no solution or is broken."""
-    place = f"{where}: {calculation.key}"
-    with blaming(calculation, place):
-        try:
-            found = calculation.calculate()
-        except ValueError as problem:
-            raise UserError(f"{place}: {problem}") from None
-        return {name: Quantity(*value) for name, value in found.items()}
-
-
-def _description(sweep):
-    """What captions say of the sweep."""
-    axes = "; ".join(
-        f"{axis.long_name} {', '.join(map(str, axis.labels))}"
-        if len(axis.labels) <= 6
-        else f"{axis.long_name} {axis.labels[0]} to {axis.labels[-1]} ({len(axis.labels)} values)"
-        for axis in sweep.axes
-    )
-    what = sweep.points[0].scene.key.replace("_", " ")
-    return f"calculated, nothing is simulated: {what}; {axes}."
-
-
 def name_of(path: str | Path) -> str:
     """The name of the sweep or measurement that a file holds."""
     made = files.attributes(path)
-    for kind in {"sweep", "measurement"} & made.keys():
-        return str(made[kind])
-    raise UserError(f"{path}: neither a collected sweep nor a measurement; name a file that is one")
+    return str(made["sweep" if "sweep" in made else "measurement"])
 
 
 def first_scene(runs: xr.Dataset) -> Scene:
@@ -213,11 +194,7 @@ def _means(series, replicas):
 
 def _alike(parts):
     """Whether arrays of several runs stand on the same coordinates, where they have any."""
-    return all(
-        coordinate.equals(part.coords[name])
-        for part in parts[1:]
-        for name, coordinate in parts[0].coords.items()
-    )
+    return all(part.coords.equals(parts[0].coords) for part in parts[1:])
 
 
 def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:

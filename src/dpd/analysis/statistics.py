@@ -38,7 +38,7 @@ class _Tape:
     """What taped functions gave, in their order, with the degrees of freedom of their errors."""
 
     def __init__(self) -> None:
-        self.made: list[tuple[str, Any, Any]] = []
+        self.made: list[tuple[Callable, Any, Any]] = []
         self.inside = False  # of a taped function: what it calls is not kept apart
         self.degrees: Any = np.inf
         self.rng = np.random.default_rng(1)
@@ -49,25 +49,6 @@ class _Tape:
         many = np.fmin(np.maximum(degrees, 0.1), 1e9)
         return np.sqrt(self.rng.chisquare(many) / many)
 
-    def call(self, name: str, function: Callable[[], Any]) -> Any:
-        """What a function gives: for the first time, or again with another error."""
-        if self.at is None:
-            self.inside, self.degrees = True, np.inf
-            try:
-                found = function()
-            finally:
-                self.inside = False
-            self.made.append((name, found, self.degrees))
-            return found
-        known, found, degrees = self.made[self.at]
-        if known != name:
-            raise LookupError("errors decided what was calculated")
-        self.at += 1
-        if not (isinstance(found, tuple) and len(found) == 2):
-            return found
-        value, error = found
-        return value, error * self.scattered(np.broadcast_to(degrees, np.shape(error)))
-
 
 _tape: _Tape | None = None
 
@@ -76,10 +57,25 @@ def taped(function: Callable[P, R]) -> Callable[P, R]:
     """Let `degrees_of` know a function that gives a value and its error, or takes long."""
 
     @wraps(function)
-    def played(*args: P.args, **kwargs: P.kwargs) -> R:
-        if _tape is None or _tape.inside:
+    def played(*args: P.args, **kwargs: P.kwargs) -> Any:
+        if (tape := _tape) is None or tape.inside:
             return function(*args, **kwargs)
-        return _tape.call(function.__qualname__, lambda: function(*args, **kwargs))
+        if tape.at is None:
+            tape.inside, tape.degrees = True, np.inf
+            try:
+                found: Any = function(*args, **kwargs)
+            finally:
+                tape.inside = False
+            tape.made.append((function, found, tape.degrees))
+            return found
+        known, found, degrees = tape.made[tape.at]
+        if known != function:
+            raise LookupError("errors decided what was calculated")
+        tape.at += 1
+        if not (isinstance(found, tuple) and len(found) == 2):
+            return found
+        value, error = found
+        return value, error * tape.scattered(np.broadcast_to(degrees, np.shape(error)))
 
     return played
 
@@ -294,21 +290,18 @@ def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], float]) -> tu
     if len(groups) < 2:
         return value, np.nan
     left_out = [function(np.delete(blocks, group, axis=0).mean(axis=0)) for group in groups]
-    return value, float(serial_jackknife_error(left_out))
+    return value, float(jackknife_error(left_out, serial=True))
 
 
-def serial_jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
-    """Standard error of what was found leaving out one part of a run after the other, (parts, ...)
+def jackknife_error(left_out: Sequence[Values] | np.ndarray, serial: bool = False) -> Values:
+    """Standard error of what was found leaving out one of several groups, (groups, ...).
 
-    Parts in time are correlated: it is that of the mean of Tukey's pseudo-values, but for a
-    constant.
+    It is that of the mean of Tukey's pseudo-values, but for a constant. ``serial``: the groups are
+    parts of a run in time, and so correlated; others are independent.
     """
-    return block_mean_and_error(-(len(left_out) - 1) * np.asarray(left_out))[1]
-
-
-def jackknife_error(left_out: Sequence[Values] | np.ndarray) -> Values:
-    """Standard error of what was found leaving out one of independent groups, (groups, ...)."""
     values = -(len(left_out) - 1) * np.asarray(left_out)
+    if serial:
+        return block_mean_and_error(values)[1]
     return independent_mean_and_error(np.moveaxis(values, 0, -1))[1]
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from dpd.errors import UserError, suggestion
+from dpd.errors import UserError
 from dpd.folders import paper_folder, shortened
 from dpd.page import Refusals, Section, setting
 from dpd.scene.yaml import read_section, read_yaml
@@ -80,8 +80,6 @@ class Entry(Section):
         """A value or a range, and who has set the latter."""
         if (self.value is None) == (self.range is None):
             yield "", "needs a value or a range, and not both"
-        if self.shown_in and len(set(self.shown_in)) < len(self.shown_in):
-            yield "shown_in", "names a file twice; keep one"
         if self.range is not None and self.limits is None:
             yield "", "the key 'limits' is missing: who set the range"
 
@@ -94,14 +92,10 @@ class Shown(dict):
         self.paper, self.figure = paper, figure
 
     def __missing__(self, name):
-        known, figure = published(self.paper), self.figure
-        text = f"{figure} shows {name!r}, which is not there; {suggestion(name, known)}"
-        if name in known:
-            text = (
-                f"{name}: {figure} shows it; write 'shown_in: [{figure}]' there, so that the "
-                "figure is drawn again when the number changes"
-            )
-        raise UserError(f"{published_file(self.paper)}: {text}")
+        raise UserError(  # it is to be drawn again when that number changes, and no other
+            f"{published_file(self.paper)}: {self.figure} shows {name!r}, and no number of that "
+            f"name has 'figure: {self.figure}' or 'shown_in: [{self.figure}]'"
+        )
 
 
 def figure_path(paper: str, figure: str) -> Path:
@@ -256,7 +250,7 @@ def rows(
         notes = [entry.get("note"), bound, ours.note, found.reason]
         table.append({"kind": "simulated", "limits": "text"} | entry | {
             "paper": paper,
-            "published": entry.get("value", _range_text(entry.get("range"))),
+            "published": entry["value"] if "value" in entry else _range_text(entry["range"]),
             "published_error": entry.get("error", np.nan),
             "value": ours.value,
             "error": np.nan if ours.bound else ours.error,
@@ -271,8 +265,6 @@ def rows(
 
 
 def _range_text(limits):
-    if limits is None:
-        return ""
     low, high = limits
     if low is None:
         return f"< {high:g}"
