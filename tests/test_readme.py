@@ -15,6 +15,7 @@ from docs import pages as documents
 from docs.pages import pages, rendered, run_table
 from dpd import __version__
 from dpd.analysis.collect import RECORDED
+from dpd.analysis.verdicts import COLUMNS
 from dpd.commands.main import new_parser
 from dpd.folders import PACKAGE, ROOT
 from dpd.page import Observable, names
@@ -166,7 +167,7 @@ TABLE = pd.DataFrame([
     row("depth", "replicated"),
     row("limit", "replicated", kind="closed form"),
     row("time", "not reached at this scale", paper="two"),
-])  # fmt: skip
+], columns=COLUMNS)  # fmt: skip
 
 
 @pytest.fixture

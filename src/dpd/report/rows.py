@@ -38,6 +38,8 @@ def read_rows(*paths: str | Path) -> list[Row]:
                 {k: row[k] if k in WORDS else float(row[k] or "nan") for k in COLUMNS}
                 for row in csv.DictReader(file)
             ]
+            if not all(row["verdict"] in MARKS for row in rows):
+                raise ValueError("a row without its verdict")
     return rows
 
 
