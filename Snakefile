@@ -31,7 +31,7 @@ from dpd.pipeline import jobs
 from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of, say_at_exit
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.digests import calculations_file, kernels_name, run_sources, stage_digest, start_sources
-from dpd.start import start_digest, start_is_shared
+from dpd.start import start_digest
 
 # Rules run `python -m dpd`: with the Python and the sources that belong to this Snakemake. A job has
 # the cores that it says: linear algebra starts no threads of its own, which a fork could not copy.

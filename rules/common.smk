@@ -22,7 +22,7 @@ STARTS = {}
 for name, paper in PAPERS.items():
     for sweep in paper.sweeps.values():
         for point in sweep.points:
-            if start_is_shared(point.scene):
+            if point.scene.start.work:
                 STARTS.setdefault((name, start_digest(point.scene)), (sweep.name, point))
 
 
@@ -74,7 +74,7 @@ def runs_of_sweep(wildcards):
 def start_of_runs(wildcards):
     """First configuration that runs share; no file where they make their own."""
     scene = batch_of(wildcards)[0].scene
-    return OUT.start(wildcards.paper, start_digest(scene)) if start_is_shared(scene) else []
+    return OUT.start(wildcards.paper, start_digest(scene)) if scene.start.work else []
 
 
 def first_with_start(wildcards):

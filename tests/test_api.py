@@ -112,7 +112,7 @@ def test_results_of_all_observables_can_be_kept(folder):
 
 AXES = {"repulsion.A A": [15, 25]}
 WRONG = {
-    "a number": (lambda: dpd.run(3), "int is none"),
+    "a number": (lambda: dpd.run(3), "3 is no scene"),
     "threads": (lambda: dpd.run(FLUID, threads=0), "threads: 0 is out of range"),
     "no run": (lambda: dpd.load("other.nc"), "other.nc: neither the result of a run"),
     "a trajectory": (

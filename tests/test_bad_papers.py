@@ -120,7 +120,6 @@ def test_papers_that_cannot_be_meant(unfold, paper, named):
     [(("scene", "box"), {"paper": 8, "smoke": "wide"}, ["fluid (", "box: 'wide'"]),
      (("scene", "box"), {"paper": 8, "smok": 6}, ["box: 'smok' stands beside 'paper'", "'smoke'"]),
      (("axes", "a", "values"), {"paper": [1], "smoke": [2, 2]}, ["axes.a.values", "twice"]),
-     (("axes", "a", "labels"), {"smoke": [15]}, ["axes.a.labels", "a list"]),
      (("axes", "scheme", "labels"), {"smoke": ["eule"]}, ["no label 'eule'", "'euler'"]),
      (("axes",), {"smoke": {}, "a": {}}, ["fluid.axes: 'a' stands beside 'smoke'"])],
 )  # fmt: skip

@@ -109,10 +109,10 @@ RUN = f"""{FIRST}
 from dpd.engine.loop import run
 from dpd.engine.simulation import Simulation
 from dpd.observe.common.measured import observables
-from dpd.start.common.make import make_start, random_start, system_of
+from dpd.start.common.make import compile_start, system_of
 for point in points:
     scene, system = point.scene, system_of(point.scene)
-    simulation = Simulation(system, make_start(random_start(scene)))
+    simulation = Simulation(system, compile_start(scene))
     run(simulation, (500, 900), observables(scene, system))
 """
 

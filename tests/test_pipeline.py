@@ -21,7 +21,7 @@ from dpd.folders import PACKAGE, ROOT
 from dpd.pipeline.jobs import batches
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.report.text import typeset
-from dpd.start import start_digest, start_is_shared
+from dpd.start import start_digest
 from tests.conftest import command, python
 
 PAPER = "groot_warren_1997"  # in which sweeps and plots are edited
@@ -128,7 +128,7 @@ def test_dry_run_of_every_study(tmp_path, name):
             start_digest(p.scene)
             for sweep in paper.sweeps.values()
             for p in sweep.points
-            if start_is_shared(p.scene)
+            if p.scene.start.work
         }
         for paper in papers
     ]

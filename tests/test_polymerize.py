@@ -9,7 +9,7 @@ from dpd.scene.scene import Scene
 from dpd.start import start_work
 from dpd.start.common import growth as module
 from dpd.start.common.files import read_start, write_start
-from dpd.start.common.growth import FREE, Chains, Growth, Rule, grow
+from dpd.start.common.growth import FREE, Growth, grow
 from dpd.start.common.make import make_start
 from dpd.start.polymerize import Growth as Settings
 from tests.engine.test_crossings import crossings_by_looking
@@ -141,9 +141,8 @@ def test_ends_stop_only_where_every_monomer_is_behind_a_bond(box):
     beads[:, 0] = first = rng.choice(n, ends, replace=False)
     chain[first] = np.arange(ends)
     shape = tuple(int(edge / radius) for edge in box)
-    rule = Rule(radius, False, np.zeros(n, np.uint8), wanted)
-    chains = Chains(chain, beads, length)
-    while grow(position, box, shape, rule, chains, rng.permutation(ends), rng):
+    given = radius, False, np.zeros(n, np.uint8), wanted, chain, beads, length
+    while grow(position, box, shape, *given, rng.permutation(ends), rng):
         pass
     assert length.sum() > 3 * ends
     bonds = [pair for c in range(ends) for pair in zip(beads[c], beads[c, 1 : length[c]])]

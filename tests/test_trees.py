@@ -132,7 +132,7 @@ def test_tables_give_each_bond_and_angle_its_law():
     assert ["".join(triple) for triple in names[system.angle_members]] == ["ABA"] * 3
     assert system.angle.angle[0] == pytest.approx(np.deg2rad(120))
     scene = Scene(SCENE | {"angle": {"stiffness": 3}})
-    assert len(scene.angled) == 4 * 14 + 3 + 2
+    assert len(scene.joined[3][0]) == 4 * 14 + 3 + 2
     assert system_of(scene).angle == (3.0, np.pi, None)
     assert system_of(Scene(SCENE)).angle is None
 

@@ -341,14 +341,10 @@ def as_scene(
         data, where, folder = read_yaml(Path(given)), str(Path(given)), Path(given).parent
     elif isinstance(given, Scene):
         data, where = given.data, given.where
-    elif isinstance(given, Mapping):
-        data = plain(given)
     else:
-        raise UserError(
-            f"scene: {type(given).__name__} is none; allowed: a path of a YAML file, a dict, or a "
-            "dpd.Scene"
-        )
-    named = data.get("observe", Basics.model_fields["observe"].default)
+        data = plain(given)
+    usual = Basics.model_fields["observe"].default
+    named = data.get("observe", usual) if isinstance(data, dict) else None
     if isinstance(named, list):  # the scene refuses all else
         data = data | {"observe": [*named, *(item for item, _ in asked)]}
     return Scene(data, where, folder, pages)

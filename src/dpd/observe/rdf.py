@@ -50,15 +50,11 @@ class RadialDistribution(Binned, key="rdf"):
         return found
 
     def refuses(self, scene: Any) -> Refusals:
-        half = min(scene.box) / 2
-        room = min(half, *scene.room)
+        room = min(min(scene.box) / 2, *scene.room)
         if scene.beads < 2:
             yield "", "'rdf' has nothing to measure: there is a single bead"
-        if self.range > half:
-            text = f"{self.range:g} is more than half the smallest edge; allowed: <= {half:g}"
-            yield "range", text
-        elif self.range > room:
-            text = f"{self.range:g} reaches further than images under shear allow"
+        if self.range > room:
+            text = f"{self.range:g} is more than half the smallest edge, or than a shear allows"
             yield "range", f"{text}; allowed: <= {room:.4g}"
 
     @once

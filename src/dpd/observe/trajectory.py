@@ -37,9 +37,7 @@ class Trajectory(Observable, key="trajectory"):
         return TrajectoryFile(path)
 
     def keeps(self, scene: Any) -> Any:
-        from dpd.particles.gsd_files import DIGEST
-
-        return {"digests": np.zeros((self.watched(scene) // self.every, DIGEST), np.uint8)}
+        return {"digests": np.zeros(self.watched(scene) // self.every, np.int64)}
 
     @once
     def written(self, scene: Any) -> np.ndarray:

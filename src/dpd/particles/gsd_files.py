@@ -4,10 +4,10 @@ https://gsd.readthedocs.io/en/stable/schema-hoomd.html. The box is centred at 0.
 the file says so, its box is 2 thick, and all beads are at z = 0.
 """
 
-import hashlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from zlib import crc32
 
 import gsd.fl
 import gsd.hoomd
@@ -21,35 +21,16 @@ from dpd.particles.particles import FLAT, Particles, box_of_file, centre, frame_
 APPLICATION = "dpd-papers"  # in the header of the files that this program writes
 SCHEMA = [2, 0]  # version of HOOMD's schema
 THICKNESS = 2.0  # of a box of two dimensions along z
-NO_BODY = -1
-DIGEST = 8  # bytes, of each frame of a trajectory
 # What the format can hold beside what `Particles` has, with the values that mean nothing.
-OTHERS = {"charge": 0, "body": NO_BODY, "angmom": 0, "orientation": [1, 0, 0, 0]}
+OTHERS = {"charge": 0, "angmom": 0, "orientation": [1, 0, 0, 0]}
 MORE_BONDS = ("dihedrals", "impropers", "constraints", "pairs")
 
 
 def read_gsd(path: Path, frame: int = -1) -> Particles:
     """One frame, counted from 0, or from the last with negative numbers; `UserError` if bad."""
     with trajectory_to_read(path) as trajectory:
-        frame = frame_number(frame, len(trajectory), path)
-        found = trajectory[frame]
-        if trajectory.file.application == APPLICATION:
-            found.particles.body = np.array(NO_BODY)  # molecules, which bonds tell as well
-    return _particles_of(path, found)
-
-
-@contextmanager
-def trajectory_to_read(path: Path) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
-    """A GSD file, read by the library's Python code: its C code can die of a damaged file."""
-    with reading(path), open(path, "rb") as file:
-        found = gsd.pygsd.GSDFile(file)
-        if found.schema != "hoomd":
-            raise UserError(f"{path}: a GSD file with the schema {found.schema!r}; allowed: hoomd")
-        yield gsd.hoomd.HOOMDTrajectory(found)
-
-
-def _particles_of(path, frame):
-    configuration, beads = frame.configuration, frame.particles
+        found = trajectory[frame_number(frame, len(trajectory), path)]
+    configuration, beads = found.configuration, found.particles
     d = int(configuration.dimensions)
     box = np.array([_decimal(edge) for edge in configuration.box])
     if d == 2 and (np.abs(beads.position[:, 2]) > FLAT).any():
@@ -64,12 +45,22 @@ def _particles_of(path, frame):
         velocity=beads.velocity[:, :d].T if moves else None,
         species=beads.typeid.astype(np.int64),
         names=tuple(beads.types),
-        bonds=frame.bonds.group.astype(np.int64),
-        angles=frame.angles.group.astype(np.int64),
+        bonds=found.bonds.group.astype(np.int64),
+        angles=found.angles.group.astype(np.int64),
         step=int(configuration.step),
-        left_out=tuple(_left_out(frame)),
+        left_out=tuple(_left_out(found)),
         masses=_masses(beads),
     ).checked(path)
+
+
+@contextmanager
+def trajectory_to_read(path: Path) -> Iterator[gsd.hoomd.HOOMDTrajectory]:
+    """A GSD file, read by the library's Python code: its C code can die of a damaged file."""
+    with reading(path), open(path, "rb") as file:
+        found = gsd.pygsd.GSDFile(file)
+        if found.schema != "hoomd":
+            raise UserError(f"{path}: a GSD file with the schema {found.schema!r}; allowed: hoomd")
+        yield gsd.hoomd.HOOMDTrajectory(found)
 
 
 def _decimal(number):
@@ -147,8 +138,8 @@ def _new_file(path):
 class TrajectoryFile:
     """A trajectory ``run.gsd`` while a run goes on: the same frames, however often that is killed.
 
-    Until the end it grows as ``run.unfinished.gsd``. Digests, (n, `DIGEST`) uint8 arrays, tell
-    whether a file holds the frames that a checkpoint counts. `UserError` if it cannot be written.
+    Until the end it grows as ``run.unfinished.gsd``. Digests of frames tell whether a file holds
+    those that a checkpoint counts. `UserError` if it cannot be written.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -173,7 +164,7 @@ class TrajectoryFile:
         self._before = source, frames, digests.copy()
         self._is_longer = source == self.path
 
-    def append(self, frame: gsd.hoomd.Frame) -> np.ndarray:
+    def append(self, frame: gsd.hoomd.Frame) -> int:
         """Append a frame in single precision; return its digest."""
         with writing(self.unfinished):
             self._opened().append(frame)
@@ -226,7 +217,7 @@ def _copy(trajectory, source, frames, digests):
         with trajectory_to_read(source) as found:
             for number in range(frames):
                 frame = found[number]
-                if not np.array_equal(_digest(frame), digests[number]):
+                if _digest(frame) != digests[number]:
                     return (
                         f"{source}: its frames from {number} on, of {frames}, are not those that "
                         "the run has counted"
@@ -238,10 +229,5 @@ def _copy(trajectory, source, frames, digests):
 
 
 def _digest(frame):
-    """Digest of a frame's step and beads; one that was read has zeros where none were written."""
-    beads = frame.particles
-    total = hashlib.sha256(str(int(frame.configuration.step)).encode())
-    for array in (beads.position, beads.velocity, beads.image):
-        if array is not None and np.any(array):
-            total.update(array.tobytes())
-    return np.frombuffer(total.digest()[:DIGEST], np.uint8)
+    """A checksum of a frame's positions."""
+    return crc32(np.ascontiguousarray(frame.particles.position))

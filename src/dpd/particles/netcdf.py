@@ -85,9 +85,7 @@ def read_netcdf(path: Path) -> Particles:
     """The last configuration of a result, or a first one, or what `dpd.particles.write` made."""
     variables, attributes = files.read(path)
     if "start_digest" in attributes:
-        if not (stored := files.read(path, STATE)[0]):
-            raise UserError(f"{path}: a start of another version of this program; make it again")
-        return _of_arrays(stored, attributes["scene"], path)
+        return _of_arrays(files.read(path, STATE)[0], attributes["scene"], path)
     if POSITION in variables or "position" not in variables or "scene" not in attributes:
         return particles_of(variables, attributes, path).checked(path)
     scene, position = Scene.of_result(attributes["scene"], str(path)), variables["position"]

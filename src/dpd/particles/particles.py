@@ -113,8 +113,6 @@ class Particles(NamedTuple):
         refuse_if(not beads, "holds no beads", "at least one is needed")
         for name in ("position", "velocity", "image"):
             if (array := getattr(self, name)) is not None:
-                wrong = array.shape != (len(box), beads)
-                refuse_if(wrong, f"{name} is not {len(box)} numbers for each of {beads} beads")
                 bad = ~np.isfinite(array).all(axis=0)
                 refuse_if(bad, f"has a {name} that is not a finite number", "write it again")
         given, length = self.position.astype(float), box[:, None]
@@ -174,7 +172,7 @@ def of_scene(
     image = whole_images(scene.molecules, position, image, box)
     return Particles(
         box, position, image, velocity, scene.kinds, scene.species, scene.bonded, step,
-        angles=scene.angled, masses=scene.masses,
+        angles=scene.joined[3][0], masses=scene.masses,
     )  # fmt: skip
 
 

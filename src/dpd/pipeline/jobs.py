@@ -17,7 +17,7 @@ from dpd.pipeline.paper import Paper
 from dpd.pipeline.paths import results_of
 from dpd.pipeline.sweep import Point, Sweep
 from dpd.scene.scene import Scene
-from dpd.start import BYTES_PER_BEAD, start_digest, start_is_shared
+from dpd.start import BYTES_PER_BEAD, start_digest
 
 # Bead-steps per second on one core: nine of ten runs of the study `quick` are faster, the slowest
 # has 3.6e6; and of all together, on an AMD EPYC (Zen 5).
@@ -56,7 +56,7 @@ def batches(sweep: Sweep, seconds: float) -> list[list[Point]]:
     taken, last = math.inf, ""
     for point in sweep.points:
         expected = point.scene.work / RATE
-        start = start_digest(point.scene) if start_is_shared(point.scene) else ""
+        start = start_digest(point.scene) if point.scene.start.work else ""
         if taken + expected > seconds or start != last:
             found.append([])
             taken, last = 0.0, start
@@ -77,7 +77,14 @@ def compile_for(scenes: Iterable[Scene]) -> list[str]:
     smallest: dict[str, Scene] = {}
     for scene in [stage.scene for each in scenes for stage in each.stages]:
         start = f"from {scene.start.key}", *scene.start_terms
-        variant = ", ".join([*_kernels(scene, system_of(scene)), *scene.observe, *start])
+        system = system_of(scene)
+        kinds = [f"{scene.dimension} dimensions", "list" if scene.skin else "cells"]
+        kinds.append("several species" if len(scene.species) > 1 else "one species")
+        for record in (*system.forces, system.scheme):
+            if record is not None:
+                absent = [name for name, value in record._asdict().items() if value is None]
+                kinds.append(" without ".join([type(record).__name__, *absent]))
+        variant = ", ".join([*kinds, *scene.observe, *start])
         if scene.beads < smallest.setdefault(variant, scene).beads:
             smallest[variant] = scene
     for scene in smallest.values():
@@ -89,17 +96,6 @@ def compile_for(scenes: Iterable[Scene]) -> list[str]:
             if 2 * observer.every <= scene.steps.sample:  # some compare a sample with that before
                 observer.sample(simulation)
     return list(smallest)
-
-
-def _kernels(scene, system):
-    """Words on which kernels a scene needs: each class of record, and its fields that are None."""
-    yield f"{scene.dimension} dimensions"
-    yield "several species" if len(scene.species) > 1 else "one species"
-    for record in (*system.forces, system.scheme):
-        if record is not None:
-            absent = [name for name, value in record._asdict().items() if value is None]
-            yield " without ".join([type(record).__name__, *absent])
-    yield "list" if scene.skin else "cells"
 
 
 # --- what a study will cost

@@ -135,7 +135,6 @@ def read_study(name: str, key: str = "study") -> StudyNamed:
     file, seed = name, 1
     if parts := SEEDED.fullmatch(str(name)):
         file, seed = parts[1], int(parts[2])
-    check_name(key, file)
     known = studies()
     if file not in known:
         raise UserError(

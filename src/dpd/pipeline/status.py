@@ -3,6 +3,7 @@
 import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -53,21 +54,14 @@ def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -
                 point, _, said = line.removeprefix(FAILED).partition(": ")
                 errors[point] = said
         for sweep in paper.sweeps.values():
-            known, waits = sweep, ""
-            try:
-                if sweep.derived:
-                    measured = {rule.from_ for rule in sweep.derived.values()}
-                    sources = {each: load(results.sweep(paper.name, each)) for each in measured}
-                    known = derive(sweep, sources)
-            except UserError:
-                waits = "it takes values that other sweeps measure first"
-            for point in known.points:
+            measured = {rule.from_ for rule in sweep.derived.values()}
+            with suppress(UserError):  # until these are there, none of its runs is done
+                sources = {each: load(results.sweep(paper.name, each)) for each in measured}
+                sweep = derive(sweep, sources) if sources else sweep
+            for point in sweep.points:
                 name = (paper.name, sweep.name, point.name)
                 error = errors.get(f"{sweep.name} {point.name}", "")
-                run = look_at(name, results.run(*name), point.scene, error)
-                if waits and run.state in (DONE, WAITS):
-                    run.state, run.why = WAITS, waits
-                found.append(run)
+                found.append(look_at(name, results.run(*name), point.scene, error))
     return found
 
 
@@ -109,11 +103,7 @@ def look_at(
     if scene is not None:
         run.steps, run.beads = sum(scene.steps), scene.beads
     checkpoint = checkpoint_path(path)
-    try:
-        worker = worker_on(path)
-    except UserError as problem:
-        run.state, run.why = FAILS, str(problem)
-        return run
+    worker = worker_on(path)
     if worker is not None and worker.alive:
         run.state, run.why = AT_WORK, f"process {worker.process} on {worker.host}"
         run.step, steps, run.rate = (worker.report.get(key) for key in ("step", "steps", "rate"))

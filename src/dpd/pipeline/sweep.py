@@ -63,7 +63,7 @@ class SweptAxis(Section):
         "theory, that it changes."
     )
     labels: list[Value] | None = setting(
-        "The labels of such a map that are taken; all if not given.", None, min_length=1
+        "Those of them that are taken; all if not given.", None, min_length=1
     )
     offset: float = setting(
         "Added to each value before it is set, so a label can be an excess.", 0.0
@@ -87,12 +87,8 @@ class SweptAxis(Section):
 
     def conflicts(self) -> Refusals:
         """Labels that are none, that cannot name a folder, or cannot be told apart."""
-        if isinstance(self.values, list):
-            if self.labels is not None:
-                yield "labels", "its values are a list; name those alone in it"
-                return
-            if self.set is None:
-                yield "", "a list of values needs 'set', the key to put them in"
+        if isinstance(self.values, list) and self.set is None:
+            yield "", "a list of values needs 'set', the key to put them in"
         for label in self.labels or ():
             if label not in self.values:
                 yield "labels", f"no label {label!r}; {suggestion(label, self.values)}"

@@ -43,15 +43,8 @@ class Settings:
             if not isinstance(path, str) or not isinstance(digest, str):
                 continue  # which is told with all else that is wrong
             path = os.path.abspath(os.path.join(folder, path))
-            loaded, now = load(path, f"{self.where}: pages.{place}", digest)
-            twice = sorted(self.own_pages.keys() & loaded.keys())
-            if path not in self.page_files and twice:
-                raise UserError(
-                    f"{self.where}: pages.{place}: {path}: {twice[0]!r} is a page of another file "
-                    "as well; take another key"
-                )
+            loaded, self.page_files[path] = load(path, f"{self.where}: pages.{place}", digest)
             self.own_pages |= loaded
-            self.page_files[path] = now
 
     def _keys(self, kind):
         """Of all pages of a kind, those of one's own last."""
@@ -218,11 +211,6 @@ class Settings:
     def bonded(self) -> np.ndarray:
         """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
         return self.joined[2][0]
-
-    @property
-    def angled(self) -> np.ndarray:
-        """(n, 3) uint32 array of the numbers of the beads of angles; empty without them."""
-        return self.joined[3][0]
 
     @cached_property
     def lengths(self) -> np.ndarray:

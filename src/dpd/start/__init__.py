@@ -49,8 +49,3 @@ def start_digest(scene: Scene) -> str:
 def start_work(scene: Scene) -> int:
     """Beads to bond and steps to relax, which progress counts; 0 if beads are only placed."""
     return (scene.beads if scene.start.work else 0) + scene.relaxing
-
-
-def start_is_shared(scene: Scene) -> bool:
-    """Whether one job makes the start of all runs: where chains grow, which takes long."""
-    return bool(scene.start.work)

@@ -49,16 +49,13 @@ class FromFile(Start, key="file"):
     def read_frame(self) -> int:
         return LAST_FRAME if self.frame is None else self.frame
 
-    def refuse_other_file(self, where: str) -> None:
-        """Refuse a file whose content is not that of the digest."""
-        if file_digest(self.path, where) != self.sha256:
-            raise UserError(
-                f"{self.path}: is not the file that {where} means: its content is not that of "
-                "start.sha256. If the file was changed on purpose, start again without that key"
-            )
-
     def make(self, scene: Any, progress: Any, say: Any) -> Any:
-        """Read it, and relax it where the scene asks for that."""
+        """Read it, and relax it where the scene asks for that; refused if it is another by now."""
+        if file_digest(self.path, scene.where) != self.sha256:
+            raise UserError(
+                f"{self.path}: is not the file that {scene.where} means: its content is not that "
+                "of start.sha256. If it was changed on purpose, start again without that key"
+            )
         from dpd.start.common.files import state_from_file
         from dpd.start.common.make import relaxed
 

@@ -105,7 +105,6 @@ def starting_from(scene: Scene, path: Path) -> Scene:
 def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
     """The file that a scene names, at step 0; `UserError` if it, or its system, is another."""
     path = scene.start.path
-    scene.start.refuse_other_file(scene.where)
     particles = read(path, scene.start.read_frame)
     said = list(particles.left_out)
     if particles.dimension == scene.dimension:
@@ -198,11 +197,10 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
             )
         order += there[: kind.count]
         del there[: kind.count]
-    if more := [beads for molecules in found.values() for beads in molecules]:
-        first = min(more, key=lambda beads: beads[0])
+    if more := sum(map(len, found.values())):
         raise UserError(
-            f"{path}: it has {len(more)} molecules more than {scene.where}, as that of "
-            f"{_counted(scene, species[first])} with {particles.called(first[0])}; add them"
+            f"{path}: it has {more} molecules more than {scene.where} (in the file: "
+            f"{_counted(scene, species)}); add them"
         )
     return np.concatenate(order)
 
@@ -213,16 +211,11 @@ def _content(species, bonds):
 
 
 def _check_box(scene, particles, path):
-    if len(particles.box) != scene.dimension:
-        raise UserError(
-            f"{path}: it has {len(particles.box)} dimensions, and {scene.where} has "
-            f"{scene.dimension}; take another file, or change 'dimension'"
-        )
     wanted = tuple(  # the scene's edges, but for those that constant pressure changes
         there if scene.barostat_axes in ("all", name) else own
         for own, there, name in zip(scene.period, particles.box, "xyz")
     )
-    if not np.allclose(wanted, particles.box, SAME, 0):
+    if particles.dimension != scene.dimension or not np.allclose(wanted, particles.box, SAME, 0):
         raise UserError(
             f"{path}: its box is [{_edges(particles.box)}], and that of {scene.where} "
             f"[{_edges(scene.period)}]; they have to agree: write 'box: [{_edges(particles.box)}]' "

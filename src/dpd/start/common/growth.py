@@ -36,23 +36,6 @@ FREE = -1  # of a monomer that belongs to no chain
 # --- one round of growth
 
 
-class Chains(NamedTuple):
-    """Chains while they grow; all arrays are changed."""
-
-    chain: np.ndarray  # (n,) int64: chain of each bead, or `FREE`
-    beads: np.ndarray  # (chains, longest) int64: identities along each chain
-    length: np.ndarray  # (chains,) int64: beads in each
-
-
-class Rule(NamedTuple):
-    """How a chain takes up a monomer: within a radius, at random or the nearest one first."""
-
-    radius: float
-    nearest: bool
-    species: np.ndarray  # (n,) uint8, of the beads
-    wanted: np.ndarray  # (chains, longest) int64: species along each chain
-
-
 class BondCells(NamedTuple):
     """Bonds, named by their second beads, in cells of their middles: lists that end with -1."""
 
@@ -121,14 +104,16 @@ def crosses_some(end, monomer, position, edges, bonds):
 
 
 @kernel(allocates=True)
-def grow(position, edges, shape, rule, chains, active, rng):
+def grow(
+    position, edges, shape, radius, in_order, species, wanted, chain, beads, length, active, rng
+):
     """Let the ends of active chains try to take up one monomer each; return the bonds made.
 
     Positions, (2, n), are in the order of identities, inside the box. Its cells, ``shape``, have
-    edges of at least the radius, and of half the sum of it and the longest bond.
+    edges of at least the radius, and of half the sum of it and the longest bond. The nearest
+    monomer comes first, or any. Arrays along chains: see `Growth`.
     """
     n = position.shape[1]
-    chain, beads, length = chains
     head = np.full(shape, -1)
     following = np.empty(n, np.int64)
     for i in range(n):
@@ -154,13 +139,12 @@ def grow(position, edges, shape, rule, chains, active, rng):
             for j in range(low_b, high_b):
                 monomer = head[(a + i) % shape[0], (b + j) % shape[1]]
                 while monomer >= 0:
-                    wanted = rule.species[monomer] == rule.wanted[c, length[c]]
-                    if chain[monomer] == FREE and wanted:
+                    if chain[monomer] == FREE and species[monomer] == wanted[c, length[c]]:
                         dx = nearest_image(position[0, monomer] - x, edges[0])
                         dy = nearest_image(position[1, monomer] - y, edges[1])
-                        if dx * dx + dy * dy <= rule.radius * rule.radius:
+                        if dx * dx + dy * dy <= radius * radius:
                             near[found] = monomer
-                            order[found] = dx * dx + dy * dy if rule.nearest else rng.random()
+                            order[found] = dx * dx + dy * dy if in_order else rng.random()
                             found += 1
                     monomer = following[monomer]
         while found > 0:
@@ -187,7 +171,8 @@ class Growth:
 
     def __init__(self, scene: Scene, settings: Any, rng: np.random.Generator) -> None:
         self.scene, self.settings = scene, settings
-        spare, initiators = settings.spare, settings.initiators
+        spare = settings.spare
+        initiators = min(settings.initiators, 1 + spare)  # of which there is a monomer for each
         kinds, number = scene.molecules, {name: k for k, name in enumerate(scene.species)}
         grown = [k.count if len(k.beads) == 1 else round(k.count * initiators) for k in kinds]
         rows = [[number[name] for name in k.beads] for k in kinds]
@@ -201,18 +186,12 @@ class Growth:
         stock = np.ceil(needed * (1 + spare)).astype(int)
         self.species = np.repeat(np.arange(len(stock)), stock).astype(np.uint8)
         self.target = scene.beads
-        self.chain = np.full(len(self.species), FREE)
-        self.beads = np.zeros_like(self.wanted)
+        self.chain = np.full(len(self.species), FREE)  # of each bead
+        self.beads = np.zeros_like(self.wanted)  # identities along chains
         self.born = np.zeros_like(self.wanted)  # steps at which beads came to chains
         self.length = np.ones(len(self.kind), np.int64)
         for c, first in enumerate(self.wanted[:, 0]):
             free = np.flatnonzero((self.chain == FREE) & (self.species == first))
-            if not len(free):
-                raise UserError(
-                    f"{scene.where}: start.polymerize: no monomer of species "
-                    f"{scene.species[first]!r} is left for an initiator; raise spare (now "
-                    f"{spare:g}) or lower initiators (now {initiators:g})"
-                )
             self.beads[c, 0] = rng.choice(free)
             self.chain[self.beads[c, 0]] = c
         # The number of the law of bonds for each pair of species; those without are never bonded.
@@ -249,9 +228,10 @@ class Growth:
         radius, nearest_first = self.settings.radius, self.settings.partner == "nearest"
         edge = max(radius, 0.5 * (radius + longest) * (1 + 1e-9), SMALLEST_CELL)
         shape = tuple(max(1, int(length / edge)) for length in box)
-        rule = Rule(radius, nearest_first, self.species, self.wanted)
-        chains = Chains(self.chain, self.beads, self.length)
-        made = grow(position, edges_of(box), shape, rule, chains, active, rng)
+        made = grow(
+            position, edges_of(box), shape, radius, nearest_first, self.species, self.wanted,
+            self.chain, self.beads, self.length, active, rng,
+        )  # fmt: skip
         taken = np.flatnonzero(self.length > before)
         self.born[taken, before[taken]] = now
         return made

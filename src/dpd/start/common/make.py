@@ -43,7 +43,13 @@ def system_of(scene: Scene) -> System:
         masses=scene.masses,
         **_records(scene, scene.terms),
     )
-    return replace(system, flow=_flow_layers(scene, system.extent))
+    if Change.FLOWS not in scene.made:
+        return system
+    # Layers in whose cells a driven flow is fitted to the velocities.
+    axes = scene.across
+    least = LEAST * (1 + len(axes)) * math.prod(system.extent[axis] for axis in axes) / scene.beads
+    thickness = max(FINEST, least ** (1 / len(axes)))
+    return replace(system, flow=tuple((axis, thickness) for axis in axes))
 
 
 def _records(scene, terms):
@@ -60,15 +66,6 @@ def _records(scene, terms):
     if own := [term for term in terms.values() if isinstance(term, PairForce)]:
         found["pair"] = with_own(found["pair"], own, scene)
     return found
-
-
-def _flow_layers(scene, extent):
-    """Axes and thickness of layers in whose cells a driven flow is fitted to the velocities."""
-    if Change.FLOWS not in scene.made:
-        return ()
-    axes = scene.across
-    least = LEAST * (1 + len(axes)) * math.prod(extent[axis] for axis in axes) / scene.beads
-    return tuple((axis, max(FINEST, least ** (1 / len(axes)))) for axis in axes)
 
 
 def start_system(scene: Scene, dt: float) -> System:
@@ -110,14 +107,6 @@ def _placed(scene):
     page, description, species = scene.start, start_description(scene), species_of(scene)
     rng = np.random.default_rng(description["seed"])
     position = _asked(scene, page.positions, rng)
-    for axis in scene.ended:
-        behind = (position[axis] < 0) | (position[axis] > scene.box[axis])
-        if behind.any():
-            bead = int(np.argmax(behind))
-            raise UserError(
-                f"{scene.where}: start: {page.key!r}: bead {bead} is at {position[axis, bead]:.6g} "
-                f"along {'xyz'[axis]}, behind a wall; allowed: 0 to {scene.box[axis]:g}"
-            )
     position, _ = wrapped(position + np.array(scene.origin)[:, None], scene.period)
     velocity = _asked(scene, page.velocities, rng)
     if velocity is None:
@@ -190,15 +179,10 @@ def thermal_velocities(
     return velocity - np.average(velocity, axis=1, weights=weights, keepdims=True)
 
 
-def random_start(scene: Scene, **changes: Any) -> Scene:
-    """A scene whose molecules are placed where they would grow or be read from a file."""
-    return Scene(scene.data | {"start": scene.start.stand_in() | changes}, scene.where)
-
-
 def compile_start(scene: Scene) -> State:
-    """Compile what a scene's start needs; return one that is placed and hardly relaxed."""
+    """Compile what a scene's start needs; return one of placed molecules, hardly relaxed."""
     if tiny := scene.start.tiny(scene):
         make_start(Scene(scene.data | tiny, scene.where))
     relax = scene.start.relax
     short = {"relax": {"steps": 1, "dt": relax.dt}} if relax and not scene.start.work else {}
-    return make_start(random_start(scene, **short))
+    return make_start(Scene(scene.data | {"start": scene.start.stand_in() | short}, scene.where))
