@@ -153,6 +153,16 @@ def test_a_lock_of_a_process_that_was_killed_is_taken_over(marker):
     assert os.listdir() == [] and len(said) == 1 and "taking over" in said[0]
 
 
+def test_a_lock_that_was_left_empty_is_removed(marker):
+    """By a run that was killed as it made it; a new one may yet be written."""
+    begun = time.monotonic()
+    LOCK.touch()
+    with alone("run.nc", print):
+        assert time.monotonic() - begun >= 0.05
+        assert f"pid={os.getpid()}" in LOCK.read_text()
+    assert os.listdir() == []
+
+
 @pytest.mark.parametrize("wait", [False, True])
 def test_a_dead_lock_of_another_machine_is_taken_over(marker, wait):
     """After a while without a sign of life, and not before."""
