@@ -250,24 +250,25 @@ def melt(seed, duration):
 
 @pytest.mark.thorough
 def test_intervals_of_simulations_cover():
-    """Runs of a melt: 100 of 40 tau against one of 6000 with its own error, and pieces of that.
+    """Runs of a melt: 400 of 40 tau against one of 6000 with its own error, and pieces of that.
 
-    Of 100 intervals 95 +- 2.2 hold the truth, so that 89 may; of all three quantities 92 %.
+    93 % of the intervals hold the truth, or more; of 400 that is known to 1.3 %, which each kind of
+    processor draws anew. Three times that may be missing, of all three quantities twice.
     """
     long = melt(1, 6000)
-    short = [melt(100 + seed, 40) for seed in range(100)]
+    short = [melt(100 + seed, 40) for seed in range(400)]
     held = []
     for name, series in long.items():
         truth, own, _ = mean_and_error(series)
         found = np.array([mean_and_error(one[name])[:2] for one in short])
         known = np.isfinite(found[:, 1])
-        assert known.sum() >= 90
+        assert known.sum() >= 390
         away = np.abs(found[known, 0] - truth)
         held.append(np.mean(away < 1.96 * np.hypot(found[known, 1], own)))
         assert held[-1] >= 0.89
         pieces = coverage_of_pieces(series, round(20 * slow_time(series)))
         assert pieces.share + 2 * pieces.error >= LEAST
-    assert np.mean(held) >= 0.92
+    assert np.mean(held) >= 0.905
 
 
 # Of counts.
