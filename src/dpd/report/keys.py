@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from pydantic.json_schema import GenerateJsonSchema
+
 from dpd.errors import UserError, suggestion
 from dpd.page import NEEDED, Observable, Page, Start, Term, find, names
 from dpd.scene.sections import Basics
@@ -10,6 +12,15 @@ from dpd.scene.yaml import model_in
 
 WORDS = {"object": "mapping", "array": "list"}  # of JSON schema in those of YAML
 SIGNS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+
+
+class Closed(GenerateJsonSchema):
+    """Tables have the keys of their pattern alone, as pydantic reads them."""
+
+    def dict_schema(self, schema: Any) -> dict[str, Any]:
+        """As of pydantic, but for that."""
+        found = super().dict_schema(schema)
+        return found | {"additionalProperties": False} if "patternProperties" in found else found
 
 
 class Row(NamedTuple):
@@ -34,11 +45,11 @@ def _pages(own):
 def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """A scene as JSON schema, by which editors complete and check keys."""
     terms, observables, starts = _pages(own)
-    schema = Basics.model_json_schema()
+    schema = Basics.model_json_schema(schema_generator=Closed)
     kinds = schema.setdefault("$defs", {})
 
     def of(page):
-        found = page.model_json_schema()
+        found = page.model_json_schema(schema_generator=Closed)
         kinds.update(found.pop("$defs", {}))
         return found["properties"][page.bare] if page.bare else found
 
