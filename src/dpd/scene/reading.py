@@ -43,8 +43,15 @@ class Settings:
             if not isinstance(path, str) or not isinstance(digest, str):
                 continue  # which is told with all else that is wrong
             path = os.path.abspath(os.path.join(folder, path))
-            loaded, self.page_files[path] = load(path, f"{self.where}: pages.{place}", digest)
+            loaded, now = load(path, f"{self.where}: pages.{place}", digest)
+            twice = sorted(self.own_pages.keys() & loaded.keys())
+            if path not in self.page_files and twice:
+                raise UserError(
+                    f"{self.where}: pages.{place}: {path}: {twice[0]!r} is a page of another file "
+                    "as well; take another key"
+                )
             self.own_pages |= loaded
+            self.page_files[path] = now
 
     def _keys(self, kind):
         """Of all pages of a kind, those of one's own last."""
