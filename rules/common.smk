@@ -41,6 +41,11 @@ def scenes_of(wildcards):
     return [point.scene for point in batch_of(wildcards)]
 
 
+def ranks_of(wildcards):
+    """Processes of another engine that they want, as LAMMPS by MPI; 1 of our own."""
+    return max(jobs.ranks(scene) for scene in scenes_of(wildcards))
+
+
 def results_of_runs(wildcards):
     """Their results."""
     paper, sweep = wildcards.paper, wildcards.sweep

@@ -68,12 +68,16 @@ rule simulate:
         derived=lambda wildcards: stage_digest("derive") if sweep_of(wildcards).derived else "",
         start=option("start"),
         data=option("data"),
+        threads=lambda wildcards, threads: 1 if ranks_of(wildcards) > 1 else threads,
     priority: priority_of_runs
-    threads: 1
+    threads: ranks_of
     resources:
+        tasks=ranks_of,  # of Slurm, each on a core; with mpi it leaves their start to mpiexec
+        cpus_per_task=lambda wildcards, threads: 1 if ranks_of(wildcards) > 1 else threads,
+        mpi=lambda wildcards: "mpiexec" if ranks_of(wildcards) > 1 else None,
         runtime=lambda wildcards, attempt: jobs.minutes(scenes_of(wildcards), attempt, LONGEST),
         mem_mb=lambda wildcards, attempt: jobs.megabytes(scenes_of(wildcards), attempt),
     shell:
         "{DPD:q} simulate {params.study:q} {wildcards.paper:q} {wildcards.sweep:q}"
-        " {params.points:q} {params.start:q} {params.data:q} --threads {threads}"
+        " {params.points:q} {params.start:q} {params.data:q} --threads {params.threads}"
         " -o {params.runs:q} 2>&1 | tee -i {log:q}"

@@ -19,6 +19,7 @@ ORDER = (
     ("api", "report"),
     ("pipeline",),
     ("runs",),
+    ("lammps",),
     ("analysis", "start", "observe"),
     ("particles",),
     ("scene", "engine"),

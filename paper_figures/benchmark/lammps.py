@@ -66,13 +66,6 @@ def measured(data):
     return {}
 
 
-def warnings(data):
-    """Where there is nothing to compare with."""
-    if np.isfinite(data.ratio).any():
-        return []
-    return ["LAMMPS is not installed here, so there is nothing beside our own numbers."]
-
-
 def table(data):
     """Rates, and the physics side by side."""
     rows = []

@@ -52,16 +52,6 @@ def measured(data):
     return {}
 
 
-def warnings(data):
-    """Where there is nothing to compare with."""
-    if np.isfinite(data.tension.sel(code=LAMMPS)):
-        return []
-    return [
-        "LAMMPS with its package EXTRA-COMPUTE is not installed here, so there is nothing beside "
-        "our own numbers."
-    ]
-
-
 def table(data):
     """Tensions and profiles side by side."""
     row = [

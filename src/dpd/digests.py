@@ -47,7 +47,7 @@ OF_HINTS = ("__future__", "typing")  # modules that serve hints and the forms of
 # Of a page: what it refuses or says, and what words its settings.
 REFUSES = (
     "stands", "cannot", "refuses", "conflicts", "unknown", "usual", "nowhere", "untried", "notes",
-    "example", "controlled_pressure",
+    "example", "controlled_pressure", "lammps", "not_in_lammps",
 )  # fmt: skip
 SETTINGS = ("setting", "interval_setting", "Field")
 WORDS = ("description", "unit", "of")
@@ -254,6 +254,7 @@ STAGES = {
     "compile": ("dpd.scene.scene", "dpd.start.common.make"),  # what starts and runs have in common
     "start": ("dpd.scene.scene", "dpd.start.common.files"),
     "simulate": ("dpd.scene.scene", "dpd.start.common.make", "dpd.runs.run"),
+    "lammps": ("dpd.lammps.engine",),
     "collect": ("dpd.analysis.collect",),
     "calculate": ("dpd.analysis.collect",),
     "derive": ("dpd.analysis.structure",),
@@ -278,7 +279,11 @@ def run_sources(scene: Any) -> str:
     """Digest of the sources of a run, with those of the pages that its scene uses."""
     terms = (term for stage in scene.stages for term in stage.scene.terms.values())
     pages = [scene.start, *scene.observe.values(), *_terms_of_start(scene), *terms]
-    return _digest_of("simulate", pages)
+    found = _digest_of("simulate", pages)
+    if "engine" not in scene.data:
+        return found
+    lines = [term.lammps(scene) for term in scene.terms.values()]
+    return value_digest([found, _of_ours("lammps"), lines])
 
 
 def start_sources(scene: Any) -> str:

@@ -70,6 +70,8 @@ class Simulation:
             scene = {**scene, "steps": {"sample": ROOM, **length}}
         given = as_scene(scene, observe, pages)
         refuse_more_files(given, "dpd.run(..., output='run.nc')")
+        if "engine" in given.data:
+            raise UserError(f"{given.where}: engine: only whole runs have another; use dpd.run")
         if start:
             given, state = begin(given, Path(start), None, warn)
         else:

@@ -26,6 +26,10 @@ PAGE = option(
     "--page", type=Path, metavar="FILE", action="append", default=[],
     help="a Python file with pages of your own, whose sections a scene may then have",
 )  # fmt: skip
+SETTINGS = option(
+    "--set", metavar="KEY=VALUE", action="append", default=[],
+    help="another value than the scene has, as integrator.dt=0.02 or 'repulsion.A A=30'",
+)  # fmt: skip
 
 
 @command(
@@ -106,8 +110,10 @@ def _output_for(given, suffix, options):
            "it is read (GSD, LAMMPS data, a run.nc or start.nc, a checkpoint), with its "
            "velocities; otherwise made and kept in it"),
     PAGE,
-    option("--set", metavar="KEY=VALUE", action="append", default=[], help="another value than the "
-           "scene has, as integrator.dt=0.02 or 'repulsion.A A=30'"),
+    SETTINGS,
+    option("--engine", choices=("lammps",), help="what moves the beads, if not our own engine"),
+    option("--ranks", type=int, default=1, metavar="N",
+           help="processes of that engine, by MPI (default 1)"),
     THREADS, OVERWRITE, output="run.nc",
 )  # fmt: skip
 def run(options: Namespace) -> None:
@@ -115,6 +121,8 @@ def run(options: Namespace) -> None:
     from dpd.runs.run import run
     from dpd.scene.scene import Scene
 
+    if options.engine is not None:
+        options.set.append(f"engine={{name: {options.engine}, ranks: {options.ranks}}}")
     scene = Scene.read(options.scene, options.page, options.set)
     for sentence in scene.notes:
         print(sentence)
@@ -279,6 +287,27 @@ def convert(options: Namespace) -> None:
     particles = read(options.source, options.frame)
     sentences = [*particles.left_out, *write(particles, options.target)]
     print("\n".join([f"{options.target}: {particles}", *sentences]))
+
+
+@command(
+    "scene",
+    option("input", type=Path, help="in.lammps; beside it, by the same name, the files it reads"),
+    PAGE, SETTINGS, OVERWRITE,
+)  # fmt: skip
+def export(options: Namespace) -> None:
+    """Write a scene with its first configuration as an input of LAMMPS, to go on there."""
+    from dpd.lammps.input import input_of
+    from dpd.scene.scene import Scene
+    from dpd.start.common.make import make_start
+
+    settings = [*options.set, "engine={name: lammps}"]  # so that it is refused if it cannot be
+    scene, path = Scene.read(options.scene, options.page, settings), options.input
+    lines, beside = input_of(scene, make_start(scene), path.name.removeprefix("in."))
+    runs = [f"run {steps}" for steps in scene.steps if steps]
+    text = "\n".join([f"# {scene.where}, written by dpd-papers", *lines, "thermo 1000", *runs, ""])
+    written = {path: text} | {path.with_name(name): each for name, each in beside.items()}
+    _write(written, options.overwrite)
+    print("\n".join(map(str, written)))
 
 
 @command(option("section", nargs="?", help="such as walls, steps or rdf"), PAGE)

@@ -261,6 +261,9 @@ class Term(Page):
     untried: ClassVar[str] = ""
     keeps_apart: ClassVar[bool] = False  # beads that attract each other: repulsions may be < 0
     usual: ClassVar[float | str] = "..."  # an example from its tables; "" if values may be missing
+    # Why it cannot act in LAMMPS. Nothing where its lines do, or the table of what acts between
+    # pairs beyond the soft repulsion.
+    not_in_lammps: ClassVar[str] = "has no counterpart in LAMMPS that is known here"
     # What captions say of it, with its settings in braces; what stands in brackets is left out
     # where they are as by default. If not given, its settings by name; None for nothing.
     caption: ClassVar[str | None] = ""
@@ -321,6 +324,10 @@ class Term(Page):
         """What kernels get of it, by names of `dpd.engine.state.System`."""
         return {}
 
+    def lammps(self, scene: Any) -> list[str] | str:
+        """Its lines in an input of LAMMPS, see `dpd.lammps.input`; or why it cannot act there."""
+        return self.not_in_lammps or []
+
 
 class PairForce(Term):
     """A conservative force between pairs of a user's own, beside the repulsion.
@@ -330,6 +337,7 @@ class PairForce(Term):
     Functions that they call are marked with `part`.
     """
 
+    not_in_lammps = ""
     in_start = True
     usual: ClassVar[float | str] = 1
     untried = "schemes were measured without {key!r}; take gw-vv and try dt"

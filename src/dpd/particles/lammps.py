@@ -250,10 +250,11 @@ def _left_out(data: Data, columns: Sequence[str], rows: np.ndarray) -> Iterator[
             yield f"section {name} is left out: it says nothing that is known here"
 
 
-def as_data(particles: Particles) -> str:
+def as_data(particles: Particles, types: Mapping[str, np.ndarray] = {}) -> str:
     """A configuration as the text of a data file, of atom style ``angle``, ``bond`` or ``atomic``.
 
     In two dimensions the box is 1 thick along z. Under shear velocities are those about the flow.
+    ``types`` are those of each ``bond`` and ``angle``, from 1 on, if not all are 1.
     """
     bonds, angles, box = particles.bonds, particles.angles, particles.box
     style = "angle" if len(angles) else "bond" if len(bonds) else "atomic"
@@ -263,8 +264,12 @@ def as_data(particles: Particles) -> str:
     if style != "atomic":
         kinds.insert(0, particles.molecules + 1)
     counts = {"atoms": particles.beads, "atom types": len(particles.names)}
-    for name, members in (("bond", bonds), ("angle", angles)):
-        counts |= {f"{name}s": len(members), f"{name} types": 1} if len(members) else {}
+    joined = {
+        name: (types.get(name, np.ones(len(members), int)), *members.astype(int).T + 1)
+        for name, members in (("bond", bonds), ("angle", angles)) if len(members)
+    }  # fmt: skip
+    for name, (type, *_) in joined.items():
+        counts |= {f"{name}s": len(type), f"{name} types": type.max()}
     ends = [f"0 {float(edge)!r}" for edge in box] + [f"{-HALF} {HALF}"]
     header = [f"{number} {name}" for name, number in counts.items()]
     header += [f"{end} {axis}lo {axis}hi" for end, axis in zip(ends, "xyz")]
@@ -279,9 +284,7 @@ def as_data(particles: Particles) -> str:
     }
     if particles.velocity is not None:
         sections["Velocities"] = _lines(*_three(particles.velocity))
-    for name, members in (("Bonds", bonds), ("Angles", angles)):
-        if len(members):
-            sections[name] = _lines(np.ones(len(members), int), *members.astype(int).T + 1)
+    sections |= {f"{name.capitalize()}s": _lines(*each) for name, each in joined.items()}
     title = f"LAMMPS data file, written by dpd-papers, timestep = {particles.step}, units = lj"
     parts = ["\n".join(header), *("\n\n".join((k, "\n".join(v))) for k, v in sections.items())]
     return "\n\n".join([title, *parts]) + "\n"

@@ -50,3 +50,8 @@ class HarmonicAngles(BondedForce, key="angle"):
     def laws(self, scene: Any) -> dict[str, Any]:
         laws = super().laws(scene).items()
         return {key: Angle(stiffness=law.stiffness, angle=radians(law.angle)) for key, law in laws}
+
+    def lammps(self, scene: Any) -> list[str] | str:
+        laws = enumerate(super().laws(scene).values(), 1)  # K (theta - theta_0)^2, in degrees
+        coefficients = [f"angle_coeff {n} {law.stiffness / 2} {law.angle}" for n, law in laws]
+        return ["angle_style harmonic", *coefficients]

@@ -44,3 +44,8 @@ class HarmonicBonds(BondForce, key="bond"):
     example = "{stiffness: 2, length: 0}"
     caption = "bonds of spring constant C = {stiffness} kT/r_c^2, rest length {length} r_c"
     law: OneOrTable[BondLaw, Pair] = setting("One law, or one for each pair of species.")
+
+    def lammps(self, scene: Any) -> list[str] | str:
+        laws = enumerate(self.laws(scene).values(), 1)  # the energy there is K (r - l)^2
+        coefficients = [f"bond_coeff {n} {law.stiffness / 2} {law.length}" for n, law in laws]
+        return ["bond_style harmonic", *coefficients]

@@ -28,6 +28,7 @@ class Chi(Term, key="chi"):
     bare = "pairs"
     usual = ""
     in_kernels = False
+    not_in_lammps = ""
     pairs: PairTable[Annotated[float, Field(ge=0, le=1000)]] = setting("The parameter chi.")
 
     def repulsions(self, scene: Any) -> dict[str, float]:

@@ -22,6 +22,7 @@ class RigidCore(Term, key="core"):
     caption = "rigid core r_s = {radius} r_c, F_max = {force} kT/r_c[, its edge {smooth} r_c wide]"
     in_start = True
     own_in_start = True
+    not_in_lammps = ""
     untried = "a rigid core sets the step by its jump; take gw-vv and a dt of 0.002 or less"
     radius: float = setting("Core radius r_s; 0 for none.", unit="r_c", ge=0, lt=0.5)
     force: NotNegative = setting("Force F_max.", unit="kT / r_c")

@@ -152,6 +152,11 @@ class Integrator(Term, key="integrator"):
             found = f"{self.named.scheme}, dt {scene.dt:g}, a first guess, which a run tries"
             yield f"integrator.scheme: auto begins with {found}"
 
+    def lammps(self, scene: Any) -> list[str] | str:
+        if (self.scheme, self.lambda_) != ("gw-vv", 0.5):
+            return "is 'gw-vv' with lambda 0.5 in LAMMPS: its velocity Verlet, which has no other"
+        return ["fix move all nve", f"timestep {self.dt}"]
+
     def refuses(self, scene: Any) -> Refusals:
         """Exchanges of momentum where pairs are not alone."""
         if scheme_named(self.named.scheme).exchange is None:

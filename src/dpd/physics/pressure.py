@@ -34,6 +34,7 @@ class ConstantPressure(Term, key="pressure"):
     """
 
     caption = "constant pressure {target} kT/r_c^{dimension}[, stretched along {axes}]"
+    not_in_lammps = "is held by a box that our own steps rescale, which LAMMPS does not do"
     makes = frozenset({Change.STRETCHES})
     cannot = {
         Change.SLIDES: "cannot be held in a box whose images slide",

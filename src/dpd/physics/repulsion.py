@@ -25,6 +25,7 @@ class SoftRepulsion(Term, key="repulsion"):
 
     caption = None
     bare = "pairs"
+    not_in_lammps = ""  # the pair style of the thermostat has it
     pairs: PairTable[Annotated[float, Field(ge=-1e6, le=1e6)]] = setting(
         "Largest repulsion a_ij.", unit="kT / r_c"
     )

@@ -30,6 +30,7 @@ class SteadyShear(Term, key="shear"):
     caption = "shear at a rate of {rate} / tau along {flow}, across {gradient}"
     mainly = Change.SLIDES
     makes = frozenset({Change.SLIDES})
+    not_in_lammps = "is steady between images that slide; LAMMPS deforms a box instead"
     untried = "steps are tried at rest, which says nothing of shear; take gw-vv and dt 0.04"
     cannot = {
         Change.STRETCHES: "takes the box to keep its size, for which alone it is known how far "

@@ -13,6 +13,7 @@ Langevin friction and noise act on each bead on its own, along each axis:
     F = -gamma v + sigma zeta dt^(-1/2),     sigma^2 = 2 gamma kT
 """
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -49,6 +50,24 @@ class Thermostat(Term, key="thermostat"):
 
     def brakes(self, scene: Any) -> bool:
         return self.kind == "langevin" and any(self.frictions())
+
+    def notes(self, scene: Any) -> Iterator[str]:
+        if "engine" in scene.data and self.noise == "uniform" and any(self.frictions()):
+            yield "thermostat.noise: between pairs it is Gaussian in LAMMPS"
+
+    def lammps(self, scene: Any) -> list[str] | str:
+        size, each = len(scene.species), self.kind == "langevin"
+        gamma = np.broadcast_to(0.0 if each else scene.friction, (size, size))
+        lines = [f"pair_style dpd {self.kT} 1.0 ${{seed}}"]
+        for i, j in zip(*np.triu_indices(size)):
+            lines.append(f"pair_coeff {i + 1} {j + 1} dpd {scene.repulsion[i, j]} {gamma[i, j]}")
+        friction = np.broadcast_to(scene.friction if each else 0.0, size)
+        for n in friction.nonzero()[0]:  # which takes the time in which a bead stops
+            mass = 1.0 if scene.masses is None else scene.masses[n]
+            lines.append(f"group rubbed{n + 1} type {n + 1}")
+            rest = f"{self.kT} {self.kT} {mass / friction[n]} $(v_seed+{n + 1})"
+            lines.append(f"fix friction{n + 1} rubbed{n + 1} langevin {rest}")
+        return lines
 
 
 class Friction(NamedTuple):

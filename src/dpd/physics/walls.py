@@ -45,6 +45,7 @@ class SoftWalls(Term, key="walls"):
     caption = "walls along {axis}, a_w = {repulsion} kT/r_c[, friction gamma = {gamma}]"
     in_start = True
     mainly = Change.ENDS
+    not_in_lammps = "are soft behind their planes and rub on beads, which no walls of LAMMPS are"
     untried = "schemes were measured in the bulk at rest; with walls take gw-vv"
     cannot = {
         Change.SLIDES: "stand still, and the fluid would flow through or past them",

@@ -22,6 +22,7 @@ from dpd.start import BYTES_PER_BEAD, start_digest
 # Bead-steps per second on one core: nine of ten runs of the study `quick` are faster, the slowest
 # has 3.6e6; and of all together, on an AMD EPYC (Zen 5).
 RATE, USUAL = 5e6, 23e6
+OF_RANK = 0.7e6  # of a rank of LAMMPS
 PER_JOB = 0.9  # seconds that a job takes beside that: kernels are read, a figure is drawn
 GENEROUS = 5  # times what is expected: other processors are slower
 STARTUP = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
@@ -30,8 +31,18 @@ PROCESSES = 1000  # MB of a run without beads, 200 measured, and of the Snakemak
 
 def minutes(scenes: Sequence[Scene], attempt: int, longest: int) -> int:
     """Minutes of wall clock for runs with starts, on one core, in the nth try: the next goes on."""
-    work = sum(each.work + each.beads * (each.relaxing + each.start.work) for each in scenes)
-    return min(attempt * math.ceil(STARTUP + GENEROUS * work / RATE / 60), longest)
+    starts = sum(each.beads * (each.relaxing + each.start.work) for each in scenes)
+    seconds = starts / RATE + sum(map(expected, scenes))
+    return min(attempt * math.ceil(STARTUP + GENEROUS * seconds / 60), longest)
+
+
+def expected(scene: Scene) -> float:
+    """Seconds that a run takes, on slow processors."""
+    return scene.work / (OF_RANK * ranks(scene) if "engine" in scene.data else RATE)
+
+
+def ranks(scene: Scene) -> int:
+    return scene.data.get("engine", {"ranks": 1})["ranks"]
 
 
 def megabytes(scenes: Sequence[Scene], attempt: int) -> int:
@@ -55,13 +66,12 @@ def batches(sweep: Sweep, seconds: float) -> list[list[Point]]:
     found: list[list[Point]] = []
     taken, last = math.inf, ""
     for point in sweep.points:
-        expected = point.scene.work / RATE
         start = start_digest(point.scene) if point.scene.start.work else ""
-        if taken + expected > seconds or start != last:
+        if taken + expected(point.scene) > seconds or start != last:
             found.append([])
             taken, last = 0.0, start
         found[-1].append(point)
-        taken += expected
+        taken += expected(point.scene)
     return found
 
 

@@ -18,7 +18,8 @@ from dpd.scene.yaml import read_section, read_yaml
 CONFIG = ROOT / "config"
 WHERE, ROOT_STUDY = "config/config.yaml", "paper"  # whose values stand where no other is named
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
-SEEDED = re.compile(r"(.*)-seed([2-9]|[1-9][0-9]+)")  # a study with noise of its own
+# The name of a study, on what engine, and with a seed of its own.
+VARIANT = re.compile(r"(.*?)(-lammps)?(?:-seed([2-9]|[1-9][0-9]+))?")
 FILE = f"^{NAME.pattern}$"
 NAMES[FILE] = "letters, digits and _ . -, the first one no . or -"
 KEY = r"^[a-z][a-z0-9_]{0,79}$"
@@ -49,6 +50,10 @@ class Config(Section):
         "That all random numbers of the study follow from. With another than 1 its results are "
         "results/STUDY-seedN, and STUDY-seedN is its name in all commands.", 1, ge=1, le=10**9,
     )  # fmt: skip
+    engine: Literal["lammps"] | None = setting(
+        "What moves the beads, if not our own engine. Of a study it makes what it can have, in "
+        "results/STUDY-lammps.", None,
+    )  # fmt: skip
     longest_job: int = setting(
         "Minutes that a job on a cluster may ask for; a run that needs more goes on in its next "
         "try.", 1440, ge=10,
@@ -64,7 +69,7 @@ class Config(Section):
             yield "studies", "the study 'paper' is missing, of which all others are children"
         known = [ROOT_STUDY]
         for name, given in self.studies.items():
-            if name == "archive" or SEEDED.fullmatch(name):
+            if name == "archive" or variant_of(name)[0] != name:
                 yield f"studies.{name}", f"results/{name} is not for a study; give another name"
             parent = given if isinstance(given, str) else given.parent
             if parent not in known:
@@ -79,6 +84,7 @@ class StudyNamed(NamedTuple):
     description: str
     lineage: list[str]  # its name, that of its parent, ...: the first that a choice names decides
     seed: int  # that all its random numbers follow from
+    engine: bool  # whether LAMMPS makes it
 
 
 def studies() -> dict[str, Study]:
@@ -122,8 +128,10 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
     if overrides and "papers_dir" in overrides:  # the Snakefile has heeded it
         del config["papers_dir"]
     config = read_section(Config, config, WHERE).model_dump()
+    if engine := config.pop("engine"):
+        config["study"] += f"-{engine}"
     if (seed := config.pop("seed")) != 1:
-        config["study"] = f"{config['study']}-seed{seed}"
+        config["study"] += f"-seed{seed}"
     read_study(config["study"])
     for name in config["papers"]:
         file_of_paper("papers", name)
@@ -132,9 +140,7 @@ def read_config(overrides: dict[str, Any] | None = None) -> dict[str, Any]:
 
 def read_study(name: str, key: str = "study") -> StudyNamed:
     """What a study's name says, as ``quick-seed2``; refused with the ``key`` it stands under."""
-    file, seed = name, 1
-    if parts := SEEDED.fullmatch(str(name)):
-        file, seed = parts[1], int(parts[2])
+    file, engine, seed = variant_of(name)
     known = studies()
     if file not in known:
         raise UserError(
@@ -144,7 +150,17 @@ def read_study(name: str, key: str = "study") -> StudyNamed:
     while lineage[-1] != ROOT_STUDY:
         lineage.append(known[lineage[-1]].parent)
     said = known[file].description
-    return StudyNamed(said if seed == 1 else f"With the seed {seed}: {said}", lineage, seed)
+    said = said if seed == 1 else f"With the seed {seed}: {said}"
+    if engine:
+        said = f"By LAMMPS, as far as it can be: {said}"
+    return StudyNamed(said, lineage, seed, engine)
+
+
+def variant_of(study: object) -> tuple[str, bool, int]:
+    """Of a study's name that of its values, whether LAMMPS makes it, and its seed."""
+    found = VARIANT.fullmatch(str(study))
+    name, engine, seed = found.groups() if found else (str(study), None, None)
+    return name, bool(engine), int(seed or 1)
 
 
 def check_repository() -> None:
@@ -323,7 +339,7 @@ def read_paper(
     Raises `UserError` if anything in the files is not allowed, or they do not fit together.
     """
     path = file_of_paper("papers", name)
-    where, _, lineage, seed = shortened(path), *read_study(study)
+    where, _, lineage, seed, engine = shortened(path), *read_study(study)
     given = as_studied(read_yaml(path), lineage, studies(), f"{where}: ")
     paper = read_section(PaperFile, given, where)
     for sweep in only or ():
@@ -331,16 +347,28 @@ def read_paper(
             raise UserError(f"{where}: no sweep {sweep!r}; {suggestion(sweep, paper.sweeps)}")
     sweeps: dict[str, Sweep] = {}
     theory: dict[str, Sweep] = {}
+    left: set[str] = set()  # what another engine cannot have
     for sweep, given in paper.sweeps.items():
         if only is None or sweep in only:
             key, kind = f"{where}: sweeps.{sweep}", sweeps if given.theory is None else theory
-            kind[sweep] = unfold(name, sweep, given, key, path.parent, seed, points)
+            if engine and given.scene is not None:
+                scene = {"engine": {"name": "lammps"}} | given.scene
+                given = given.model_copy(update={"scene": scene})
+            try:
+                kind[sweep] = unfold(name, sweep, given, key, path.parent, seed, points)
+            except UserError:
+                if not engine:
+                    raise
+                left.add(sweep)
     sampling = tuple(said.model_dump(exclude_unset=True) for said in paper.sampling)
     runs = {
         sweep: each.replicas * prod(len(axis.taken) for axis in (each.axes or {}).values())
         for sweep, each in paper.sweeps.items() if each.theory is None
     }  # fmt: skip
+    left |= {n for n, s in sweeps.items() if any(r.from_ in left for r in s.derived.values())}
+    sweeps = {n: each for n, each in sweeps.items() if n not in left}
+    figures = {n: each for n, each in paper.figures.items() if not left & {*each.sweeps}}
     return Paper(
-        name, paper.title, paper.reference, sweeps, tuple(paper.measurements), paper.figures,
+        name, paper.title, paper.reference, sweeps, tuple(paper.measurements), figures,
         sampling, theory, runs,
     )  # fmt: skip

@@ -13,7 +13,7 @@ from dpd import files
 from dpd.analysis.statistics import mean_and_error
 from dpd.engine.loop import stored_in
 from dpd.errors import FAILED, UserError
-from dpd.pipeline.paper import CONFIG, SEEDED, read_config, read_paper, studies
+from dpd.pipeline.paper import CONFIG, read_config, read_paper, studies, variant_of
 from dpd.pipeline.paths import Results, errors_in, results_of
 from dpd.runs import worker_on
 from dpd.runs.result import checkpoint_path, is_made
@@ -75,8 +75,7 @@ def status_of(
         return str(path), own
     study = read_config()["study"] if path is None else path.resolve().name
     folder = results_of(study).folder if path is None or str(path) == study else str(path)
-    seeded = SEEDED.fullmatch(study)
-    if (CONFIG / "config.yaml").is_file() and (seeded[1] if seeded else study) in studies():
+    if (CONFIG / "config.yaml").is_file() and variant_of(study)[0] in studies():
         return folder, study_status(study, folder, papers)
     if own:
         raise UserError(f"{path}: {own[0].why or 'there is no such run; name a run.nc'}")

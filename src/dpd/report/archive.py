@@ -23,7 +23,7 @@ from dpd.analysis.statistics import COVERAGE, MANY, widening
 from dpd.analysis.verdicts import COLUMNS
 from dpd.errors import UserError
 from dpd.folders import ROOT
-from dpd.pipeline.paper import SEEDED, Paper, read_config, read_paper, read_study
+from dpd.pipeline.paper import Paper, read_config, read_paper, read_study, variant_of
 from dpd.pipeline.paths import LONG_STUDY, Results, commit, library_versions, processor, results_of
 from dpd.report.figures import call, load_module, verdicts_of
 from dpd.report.rows import Row, read_rows
@@ -67,7 +67,7 @@ def keep(study: str, runs_from: float = math.inf) -> list[Path]:
     took = {"minutes": round((max(written) - min(written)) / 60, 1)}  # where it was made at once
     manifest = manifest_text({"study": study} | took | _made_by())
     contents = {f"{study}/{VERDICTS}": source.read_bytes(), f"{study}/{MANIFEST}": manifest}
-    for paper in [] if SEEDED.fullmatch(study) else papers:
+    for paper in papers if variant_of(study)[0] == study else []:
         for archived in pictures(paper):
             drawn = Path(results.figure(paper, archived.stem, "png"))
             if drawn.is_file():
@@ -103,7 +103,7 @@ def small_png(source: Path | BytesIO, width: int | None = None) -> bytes:
 def studies() -> list[str]:
     """Names of the studies that have a table in the archive; of each, that of the seed 1."""
     names = sorted(path.parent.name for path in ARCHIVE.glob(f"*/{VERDICTS}"))
-    return [name for name in names if not SEEDED.fullmatch(name)]
+    return [name for name in names if variant_of(name)[0] == name]
 
 
 def manifest_of(study: str) -> dict[str, Any]:

@@ -28,6 +28,7 @@ COLOURS = 128  # of a picture in the page
 LEAST, MOST = 0.5, 2.0  # ends of the axis of ours over published
 BINS = np.arange(-6, 6.5, 0.5)  # of z
 SHORTER = 0.999  # of a time: a number of steps is rounded when a duration becomes one
+WITNESS = ROOT / "results" / "archive" / "witness.txt"  # see `benchmarks.witness`
 TIMES = {"steps", "duration"}  # by which a paper says how long it sampled
 
 
@@ -58,6 +59,7 @@ def write_page(
         rows=sorted(rows, key=verdicts.worst_first),
         long_study=any(row["archived"] for row in rows),
         counts={kind: count(of) for kind, of in kinds.items()},
+        witness=WITNESS.read_text().splitlines() if WITNESS.is_file() else [],
         glance=glance(kinds["simulated"], shown), versions=library_versions(), commit=commit(),
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         progress={} if done else {

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -253,7 +254,7 @@ def simulate(
     """
     begun = time.perf_counter() if begun is None else begun
     systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
-    simulation = Simulation(systems[0][1], state, options.threads)
+    simulation = _engine(scene, systems[0][1], state, options.threads)
     observers = observables(scene, systems[0][1], path, state)
     if former:
         result.go_on_after(former, observers)
@@ -278,6 +279,8 @@ def simulate(
         "seconds": now - begun,
         "bead_steps_per_second": scene.beads * done / max(now - compiled - running, 1e-9),
     }
+    if "engine" in scene.data:
+        timed["engine"] = simulation.called
     if former:
         timed["extended_from_step"] = state.step
     save = partial(keeper.save, simulation, observers) if keeper and lost < 0 else None
@@ -293,6 +296,15 @@ def simulate(
     for sentence in filter(None, found.warnings):
         options.say(sentence)  # now: where warnings are errors, it raises
     return result.summary(scene, found.values, found.attributes)
+
+
+def _engine(scene, system, state, threads):
+    """What makes the steps of a scene."""
+    if "engine" not in scene.data:
+        return Simulation(system, state, threads)
+    # By name: where it is edited, runs that do not need it stay.
+    lammps, ranks = import_module("dpd.lammps.engine"), scene.data["engine"]["ranks"]
+    return lammps.Lammps(scene, system, state, ranks, threads)
 
 
 def _with_place(problem, scene, keeper):

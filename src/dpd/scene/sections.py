@@ -102,6 +102,16 @@ class Scheduled(Section):
     )
 
 
+class Engine(Section):
+    """Another engine than our own."""
+
+    name: Literal["lammps"] = setting("Its name.")
+    ranks: int = setting(
+        "Processes that share the beads, on one machine or on several of a cluster.", 1, ge=1,
+        le=10**5,
+    )  # fmt: skip
+
+
 class Basics(Section):
     """One system and how long it is simulated.
 
@@ -135,6 +145,10 @@ class Basics(Section):
         "scene.", [],
     )  # fmt: skip
     observe: list[Any] = setting("What is measured, by name, or by name with settings.", ["thermo"])
+    engine: Engine | None = setting(
+        "What moves the beads, if not our own engine: {name: lammps, ranks: 8} is LAMMPS with MPI; "
+        "starts, observables and results stay as they are.", None,
+    )  # fmt: skip
     unstable: Literal["fail", "record"] = setting(
         "What happens if a run blows up or its bonds get too long for the box: it fails, or its "
         "result records that it did (for maps of stability).", "fail",
@@ -259,6 +273,13 @@ def limits(scene: Any) -> Refusals:
         yield "molecules", f"{text}, as {example}"
     for key, page in [*scene.terms.items(), ("start", scene.start)]:
         yield from inside(key, page.refuses(scene))
+    if "engine" in scene.data:
+        for key, term in scene.terms.items():
+            if isinstance(why_not := term.lammps(scene), str):
+                yield key, f"{key!r} {why_not}; change it, or remove the key 'engine'"
+        if scene.data.get("schedule") or scene.data["unstable"] == "record":
+            text = "'schedule' and 'unstable: record' are for our own engine; remove them"
+            yield "engine", f"{text}, or the key 'engine'"
     for key, term in scene.terms.items():
         for change, other in scene.made.items():
             if other != key and (why := term.why_not(change)):
