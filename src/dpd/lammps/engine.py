@@ -44,7 +44,7 @@ class Lammps(Simulation):
     ) -> None:  # fmt: skip
         super().__init__(system, state, threads)
         self.ranks, self._scene, self._skin = Ranks(ranks), scene, skin
-        self._reached: State | None = None
+        self._from: State | None = None  # what it goes on from
 
     @property
     def called(self) -> str:
@@ -60,12 +60,14 @@ class Lammps(Simulation):
         return Sums.joined(parts)
 
     def go(self, steps: int) -> None:
-        """Let LAMMPS make steps, from our state where that is not what it came to."""
-        if self._reached is not self.state:
+        """Let LAMMPS make steps: on from where it is, or from our state where that is another."""
+        if self._from is not self.state:
             self._set_up()
+            self._from = self.state
         try:
             self.ranks("command", f"run {steps} pre no post no")
         except UserError as problem:
+            self._from = None
             raise UserError(f"{problem}; if beads got too fast, lower integrator.dt") from None
 
     def _set_up(self):
@@ -73,9 +75,7 @@ class Lammps(Simulation):
             lines, files = input_of(self._scene, self.state, skin=self._skin)
             for name, text in files.items():
                 Path(folder, name).write_text(text)
-            here = Path.cwd()
-            self.ranks("commands_list", ["clear", f"shell cd {folder}", *lines, *MEASURED])
-            self.ranks("command", f"shell cd {here}")
+            self.ranks("commands_list", ["clear", f'shell cd "{folder}"', *lines, *MEASURED])
 
     def gather(self, step: int, samples: list[int], measure: bool) -> Sums:
         """Take over the beads of all ranks at a step, and sums there."""
@@ -92,7 +92,7 @@ class Lammps(Simulation):
             image=(image + further).astype(np.int32), step=step,
         )  # fmt: skip
         sums = self.call(0, samples, measure)
-        self._reached = self.state
+        self._from = self.state
         if measure and samples:
             d, pressure = len(box), self.ranks("numpy.extract_compute", "virial", 0, 1)
             sums.virial[:, ALL_FORCES] = self.volume * pressure[VIRIAL][:d, :d]
