@@ -92,7 +92,7 @@ def test_forces_energy_and_pressure_are_those_of_the_formulas(folder, name):
         np.add.at(force[k], i, push / r * apart[k])
         np.subtract.at(force[k], j, push / r * apart[k])
     np.testing.assert_allclose(state.by_identity(state.force), force, rtol=1e-9, atol=1e-9)
-    sums = simulation.measure()
+    sums = simulation.measure().of(-1)
     assert float(np.ravel(sums.energy)[1]) == pytest.approx(energy.sum(), rel=1e-10)
     assert np.trace(sums.virial[0]) == pytest.approx((push * r).sum(), rel=1e-10)
 

@@ -255,7 +255,7 @@ def test_ten_steps_between_walls_without_friction(tmp_path):
         place = other("gather_atoms", "x", 1, 3).reshape(-1, 3).T
         apart = nearest(place - own.state.by_identity(own.state.position), own.system.box)
         assert np.abs(apart).max() < 1e-9
-        walls = own.measure().walls
+        walls = own.measure().of(-1).walls
         assert walls[:, 0].sum() == pytest.approx(other("extract_fix", "walls", 0, 0), rel=1e-8)
         forces = [other("extract_fix", "walls", 0, 1, k) for k in (0, 1)]
         np.testing.assert_allclose(walls[:, 1], np.abs(forces), rtol=1e-8)
@@ -268,7 +268,7 @@ def test_the_virial_of_all_forces_is_that_of_lammps():
     found = other.advance_measured(50).virial[ALL_FORCES]
     pressure = other.ranks("numpy.extract_compute", "virial", 0, 1)
     np.testing.assert_allclose(np.diag(found), other.volume * pressure[:3], rtol=1e-12)
-    own = Simulation(system_of(scene), other.state).measure().virial
+    own = Simulation(system_of(scene), other.state).measure().of(-1).virial
     assert np.abs(found - own[ALL_FORCES]).max() > 1e-3 * np.abs(found).max()
 
 

@@ -78,7 +78,7 @@ def test_forces_and_energy_are_those_of_the_formulas(folder, depth):
         state.by_identity(state.position), scene.kinds, scene.repulsion, table, 4.0
     )
     np.testing.assert_allclose(state.by_identity(state.force), force, rtol=1e-10, atol=1e-10)
-    sums = simulation.measure()
+    sums = simulation.measure().of(-1)
     assert float(np.ravel(sums.energy)[0]) == pytest.approx(energy, rel=1e-11)
 
 

@@ -49,7 +49,7 @@ REFUSES = (
     "stands", "cannot", "refuses", "conflicts", "unknown", "usual", "nowhere", "untried", "notes",
     "example", "controlled_pressure", "lammps", "not_in_lammps",
 )  # fmt: skip
-SETTINGS = ("setting", "interval_setting", "Field")
+SETTINGS = ("setting", "Field")
 WORDS = ("description", "unit", "of")
 
 
@@ -97,16 +97,14 @@ def kernel_digest() -> str:
     """Digest of all that decides what Numba compiles: modules with kernels, and their imports."""
     jit, formulas = file_of(COMPILER), PACKAGE / "physics"  # which kernels get in records
     files = PACKAGE.rglob("*.py")
-    return _digest(f for f in files if jit in source_of(f).imports or f.parent == formulas)
+    return sources_digest(f for f in files if jit in source_of(f).imports or f.parent == formulas)
 
 
-def page_digest(path: Path) -> str:
-    """Digest of a user's file and all that it imports; raises `OSError` or `ValueError`."""
-    return _digest([path])
+def sources_digest(modules: Iterable[str | Path], without: frozenset = frozenset()) -> str:
+    """Of some modules and all that they import, less what decides nothing and files ``without``.
 
-
-def _digest(modules, without=frozenset()):
-    """Of some modules and all that they import, less what decides nothing and files ``without``."""
+    Raises `OSError` or `ValueError` for a user's file that cannot be read.
+    """
     found = reachable(modules, without.union(map(file_of, DECIDE_NOTHING)))
     return text_digest("\n".join(sorted(f"{_place(f)} {source_of(f).digest}" for f in found)))
 
@@ -272,7 +270,7 @@ def stage_digest(stage: str, *files: Path) -> str:
     kinds = Observable, Start, Term
     pages = [f"{kind.package}.{name}" for kind in kinds for name in names(kind)]
     running = pages if stage in ("simulate", "measure") else []
-    return _digest((*STAGES[stage], *running, *files))
+    return sources_digest((*STAGES[stage], *running, *files))
 
 
 def run_sources(scene: Any) -> str:
@@ -317,7 +315,7 @@ def _digest_of(stage, pages):
 
 @cached_on_disk
 def _of_ours(stage, *pages):
-    return _digest((*STAGES[stage], *pages), unused(pages) | NOT_IN_RUNS)
+    return sources_digest((*STAGES[stage], *pages), unused(pages) | NOT_IN_RUNS)
 
 
 def unused(pages: Iterable[str]) -> frozenset[Path | None]:

@@ -176,7 +176,7 @@ def test_forces_where_layers_are_cut_into_blocks(box):
         np.add.at(force, j, -component)
     found = simulation.state.by_identity(simulation.state.force)
     np.testing.assert_allclose(found, expected, atol=1e-11)
-    virial = np.trace(simulation.measure().virial[0])
+    virial = np.trace(simulation.measure().of(-1).virial[0])
     np.testing.assert_allclose(virial, (push * apart).sum(), rtol=1e-12)
 
 

@@ -114,9 +114,8 @@ class Simulation:
     @property
     def kT(self) -> float:
         """Kinetic temperature now, as ``thermo`` has it."""
-        sums = self._engine.measure()
-        one = sums._replace(moments=sums.moments[None], beads=sums.beads[None])
-        kinetic = ThermalMotion(self._scene, self._engine.system).kinetic(one)[0]
+        thermal = ThermalMotion(self._scene, self._engine.system)
+        kinetic = thermal.kinetic(self._engine.measure())[0]
         return float(np.trace(kinetic)) / (self._scene.dimension * self._scene.beads)
 
     def snapshot(self) -> Snapshot:
@@ -187,7 +186,7 @@ class Simulation:
             "seconds": self._seconds,
             "bead_steps_per_second": scene.beads * self.step / max(self._seconds, 1e-9),
         }
-        for sentence in write_result(path, scene, self._engine, observers, timed).warnings:
+        for sentence in write_result(path, scene, self._engine, observers, timed)[1]:
             warn(sentence)
 
     def _so_far(self):

@@ -9,6 +9,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from dpd.commands import CHECKPOINTS, THREADS, command, option, options_of, positive
+from dpd.commands.user import write_texts
 from dpd.errors import FAILED, Stopped, UserError, suggestion
 from dpd.folders import ROOT, shortened
 
@@ -16,7 +17,6 @@ DATA = option(
     "--data", type=Path, nargs="*", default=[], metavar="FILE",
     help="collected sweeps and measurements that it takes values from, in any order",
 )  # fmt: skip
-PAPERS = option("papers", nargs="+")
 
 
 @command(
@@ -52,7 +52,7 @@ def _of_clone(name):
 
 
 @command(
-    "study", PAPERS,
+    "study", option("papers", nargs="+"),
     option("--kernels", metavar="NAME", help="only scenes that need these, as Snakemake has them"),
     output="made.txt",
 )  # fmt: skip
@@ -67,13 +67,7 @@ def compile_(options: Namespace) -> None:
     scenes = [point.scene for sweep in sweeps for point in sweep.points]
     if options.kernels is not None:
         scenes = [scene for scene in scenes if kernels_name(scene) == options.kernels]
-    _write(options.output, "\n".join(compile_for(scenes)) + "\n")
-
-
-def _write(path, text):
-    from dpd.files import replace_whole
-
-    replace_whole(path, lambda draft: draft.write_text(text))
+    write_texts({options.output: "\n".join(compile_for(scenes)) + "\n"})
 
 
 @command("study", "paper", "sweep", "point", output="start.nc")
@@ -205,7 +199,8 @@ def figure(options: Namespace) -> None:
         make_figure(options.paper, options.figure, sources, options.output)
     except UserError as problem:
         if options.traceback and problem.__cause__:
-            _write(options.traceback, "".join(traceback.format_exception(problem.__cause__)))
+            text = "".join(traceback.format_exception(problem.__cause__))
+            write_texts({options.traceback: text})
         raise
 
 
@@ -218,7 +213,7 @@ def verdicts(options: Namespace) -> None:
     from dpd.report.rows import read_rows
 
     table = pd.DataFrame(read_rows(*options.tables), columns=COLUMNS)
-    _write(options.output, table.to_csv(index=False))
+    write_texts({options.output: table.to_csv(index=False)})
 
 
 NAMED = "a study, a folder of its results or archive, or a verdict table"

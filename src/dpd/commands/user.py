@@ -57,7 +57,7 @@ def new(options: Namespace) -> None:
         raise UserError(f"new: no example {options.name!r}; {suggestion(options.name, known)}")
     path = options.output or Path(f"{options.name}.yaml")
     check_output(path, ".yaml")
-    _write({path: known[options.name]}, options.overwrite)
+    write_texts({path: known[options.name]}, options.overwrite)
     print(f"{path}: {said[options.name]}")
     print(f"to run it: {called()} run {path} -o {path.stem}.nc")
 
@@ -78,14 +78,14 @@ def _new_paper(name, overwrite):
     for path in sorted((figures / "example").iterdir()):
         if path.is_file():
             written[figures_to / name / path.name] = path.read_text()
-    _write(written, overwrite)
+    write_texts(written, overwrite)
     print("\n".join(shortened(path) for path in written))
     where = f" papers_dir={shlex.quote(str(PAPERS_DIR))}" if PAPERS_DIR else ""
     print(f"to make it: snakemake --cores 2 --config papers='[{name}]'{where}")
 
 
-def _write(written, overwrite):
-    """Texts by their paths; none where a file is there, unless that is to be replaced."""
+def write_texts(written: Mapping[Path, str], overwrite: bool = True) -> None:
+    """Write texts by their paths; none where a file is there, unless that is to be replaced."""
     from dpd.files import refuse_to_replace, replace_whole
 
     for path in written if not overwrite else ():
@@ -306,7 +306,7 @@ def export(options: Namespace) -> None:
     runs = [f"run {steps}" for steps in scene.steps if steps]
     text = "\n".join([f"# {scene.where}, written by dpd-papers", *lines, "thermo 1000", *runs, ""])
     written = {path: text} | {path.with_name(name): each for name, each in beside.items()}
-    _write(written, options.overwrite)
+    write_texts(written, options.overwrite)
     print("\n".join(map(str, written)))
 
 

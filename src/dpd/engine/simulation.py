@@ -108,13 +108,10 @@ class Simulation(Snapshot):
         return self.sample(steps, [self.state.step + steps], measure=True).of(-1)
 
     def measure(self) -> Sums:
-        """The same where the beads are, leaving the state alone."""
-        return self._measured(self.state.step).of(-1)
-
-    def _measured(self, step):
+        """Sums of one sample where the beads are, leaving the state alone."""
         before = self.state
         try:
-            return self.call(0, [step], measure=True)
+            return self.call(0, [before.step], measure=True)
         finally:
             self.state = before
 
@@ -143,7 +140,7 @@ class Simulation(Snapshot):
         end, parts = self.state.step + steps, []
         for step in at:
             self.call(step - self.state.step)
-            parts.append(self._measured(step))
+            parts.append(self.measure())
         if self.state.step < end:
             self.call(end - self.state.step)
         return Sums.joined(parts)

@@ -1,6 +1,6 @@
 from typing import Any
 
-from dpd.page import Change, Observable, interval_setting
+from dpd.page import MOST_STEPS, Change, Observable, setting
 
 
 class Configuration(Observable, key="configuration"):
@@ -17,9 +17,10 @@ class Configuration(Observable, key="configuration"):
     }
     only_with = {"box_tilt": Change.SLIDES, "box_edges": Change.STRETCHES}
 
-    every: int = interval_setting(
-        "Steps between looks; only the last look is kept. If not given, the length of the run."
-    )
+    every: int = setting(
+        "Steps between looks; only the last look is kept. If not given, the length of the run.",
+        0, ge=1, le=MOST_STEPS,
+    )  # fmt: skip
 
     def steps_between(self, scene: Any) -> int:
         return int(scene.steps.sample)

@@ -9,8 +9,8 @@ Nothing at the top of a page imports Numba: kernels come with the first step.
 from dpd.page.base import (
     LARGEST_SEED, MOST_STEPS, NAMES, PARTS, Axis, Calculation, Change, NotNegative, OneOr,
     OneOrMore, OneOrTable, Page, Pair, PairTable, PerPair, PerSpecies, Positive, Quantity, Refusals,
-    Section, Species, Table, Triple, check_table, find, inside, interval_setting, is_table, names,
-    no_species, once, part, setting,
+    Section, Species, Table, Triple, check_table, find, inside, is_table, names, no_species, once,
+    part, setting,
 )  # fmt: skip
 from dpd.page.kinds import (
     KINDS, NEEDED, BondedForce, BondForce, Given, Observable, PairForce, Start, Term,

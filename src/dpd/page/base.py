@@ -78,11 +78,6 @@ def setting(text: str, default: Any = ..., unit: str = "", of: str = "", **bound
     return Field(description=text, json_schema_extra=extra or None, **given, **bounds)
 
 
-def interval_setting(text: str) -> Any:
-    """How many steps lie between samples; if it is not given, the page's interval decides."""
-    return setting(text, 0, ge=1, le=MOST_STEPS)  # 0: the page decides
-
-
 def inside(key: str, problems: Refusals) -> Refusals:
     """Problems of what stands under a key."""
     for place, problem in problems:

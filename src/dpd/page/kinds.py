@@ -8,13 +8,13 @@ from pydantic import ConfigDict
 
 from dpd.page.base import (
     LARGEST_SEED,
+    MOST_STEPS,
     Change,
     Page,
     Refusals,
     Section,
     check_table,
     inside,
-    interval_setting,
     is_table,
     setting,
 )  # fmt: skip
@@ -63,9 +63,10 @@ class Observable(Page):
     bins_of: ClassVar[str] = ""  # what its bins divide: "range", a setting, or "box"; or none
     suffix: ClassVar[str] = ""  # of the file of its own that it writes beside the result; or none
 
-    every: int = interval_setting(
-        "Steps between samples. If not given, so many that they take a twentieth of a run at most."
-    )
+    every: int = setting(  # 0: `interval` decides
+        "Steps between samples. If not given, so many that they take a twentieth of a run at most.",
+        0, ge=1, le=MOST_STEPS,
+    )  # fmt: skip
 
     def shaped(self, now: Any) -> Self:
         """Itself, with what follows from the configuration in which a run begins."""

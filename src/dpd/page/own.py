@@ -16,7 +16,7 @@ from traceback import extract_tb
 from types import FunctionType, ModuleType, new_class
 from typing import Any, Self
 
-from dpd.digests import calculations_file, files_of, page_digest, text_digest
+from dpd.digests import calculations_file, files_of, sources_digest, text_digest
 from dpd.errors import UserError, reason, shown
 from dpd.files import draft_of
 from dpd.folders import ROOT, cache_folder, shortened
@@ -42,7 +42,7 @@ def load(path: str | Path, where: str, digest: str = "") -> tuple[dict[str, Any]
     """The pages of a file by key, and its digest, that of a result if given; else `UserError`."""
     path = Path(path)
     try:
-        found = page_digest(path)
+        found = sources_digest([path])
     except (OSError, ValueError) as problem:
         text = f"cannot be read ({reason(problem)})" if isinstance(problem, OSError) else problem
         raise UserError(f"{where}: {path}: {text}") from None

@@ -37,21 +37,21 @@ class Worker(NamedTuple):
     report: dict[str, Any]
 
 
-class Lock:
+class Lock(NamedTuple):
     """A lease that is ours."""
 
-    def __init__(self, lease: SoftFileLease, progress: Path) -> None:
-        self._lease, self._progress = lease, progress
+    lease: SoftFileLease
+    progress: Path
 
     def report(self, data: dict[str, Any]) -> None:
         """Tell others how far this run is; `UserError` if one has taken it for dead."""
-        if self._lease.compromise:
+        if self.lease.compromise:
             raise UserError(
-                f"{self._lease.lock_file}: another run took this one for dead, for it gave no sign "
+                f"{self.lease.lock_file}: another run took this one for dead, for it gave no sign "
                 f"of life for {SILENCE:g} s; it goes on there"
             )
         with suppress(OSError):  # a disk that is full, or away for a moment: the run goes on
-            self._progress.write_text(json.dumps(data))
+            self.progress.write_text(json.dumps(data))
 
 
 def _sidecar(path, suffix):
@@ -95,10 +95,6 @@ def _take(lease, path, say, wait, look):
     while True:
         owner = worker_on(path)
         who = f"(process {owner.process} on {owner.host})" if owner else ""
-        with suppress(FileNotFoundError):  # one that was killed as it made its lock left it empty
-            status = os.lstat(lease.lock_file)
-            if not status.st_size and time.time() - status.st_mtime > SIGN:
-                os.unlink(lease.lock_file)
         with suppress(Timeout):
             lease.acquire(blocking=False)
             if owner:

@@ -191,22 +191,15 @@ FAR_OFF, SURE, FEWEST = 0.05, 4.0, 20
 DRIFT = 0.01  # of a bead's thermal velocity, from which on a start drifts
 
 
-class Written(NamedTuple):
-    """What a run has measured: values of its variables, attributes, and what is to be warned of."""
-
-    values: dict[str, np.ndarray]
-    attributes: dict[str, Any]
-    warnings: list[str]
-
-
 def write_result(
     path: Path, scene: Scene, simulation: Simulation, observers: list[Any],
     timed: Mapping[str, Any], keeps: bool = True, save: Callable[[], str] | None = None,
-) -> Written:  # fmt: skip
+) -> tuple[dict[str, float], list[str]]:  # fmt: skip
     """Finish the files beside a result, and write that last, which says that all is there.
 
-    Before, ``save`` keeps the end: a kill costs no trajectory, and extends nothing twice. A result
-    that ``keeps`` it has the last configuration, and its state for longer runs.
+    Returns its `summary`, and what is to be warned of. Before, ``save`` keeps the end: a kill costs
+    no trajectory, and extends nothing twice. A result that ``keeps`` it has the last configuration,
+    and its state for longer runs.
     """
     variables: dict[str, files.Variable] = {}
     for observer in observers:
@@ -225,7 +218,7 @@ def write_result(
         found, attributes = found | variables_of(last), attributes | attributes_of(last)
         groups = {STATE: arrays_of(simulation.state, observers)}
     files.write(path, found, attributes, groups)
-    return Written(values, attributes, warnings)
+    return summary(scene, values, attributes), list(filter(None, warnings))
 
 
 def _attributes(scene, simulation, values, timed):

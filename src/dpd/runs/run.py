@@ -31,7 +31,6 @@ from dpd.scene.scene import Scene
 from dpd.start import start_digest, start_work
 from dpd.start.common.make import make_start, system_of
 
-NETCDF = ".nc"
 WARNING = "warning: "
 THREADS_PER_CORE = 4  # more only wait for each other
 TOGETHER = 0.5  # s within which two signals count as one: make and snakemake pass them on
@@ -150,7 +149,7 @@ def _sidecars(scene, output, inputs):
     """The checkpoint of a result, then its sidecar files; refused where a file would be lost."""
     sidecars = [result.checkpoint_path(output), *scene.files_beside(output).values()]
     for path in (output, *sidecars):
-        files.check_output(path, NETCDF if path == output else "", inputs)
+        files.check_output(path, ".nc" if path == output else "", inputs)
     refuse_other_file(sidecars[0])
     return sidecars
 
@@ -254,7 +253,11 @@ def simulate(
     """
     begun = time.perf_counter() if begun is None else begun
     systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
-    simulation = _engine(scene, systems[0][1], state, options.threads)
+    if "engine" in scene.data:  # by name: where it is edited, runs that do not need it stay
+        lammps, ranks = import_module("dpd.lammps.engine"), scene.data["engine"]["ranks"]
+        simulation = lammps.Lammps(scene, systems[0][1], state, ranks, options.threads)
+    else:
+        simulation = Simulation(systems[0][1], state, options.threads)
     observers = observables(scene, systems[0][1], path, state)
     if former:
         result.go_on_after(former, observers)
@@ -286,25 +289,18 @@ def simulate(
     save = partial(keeper.save, simulation, observers) if keeper and lost < 0 else None
     keeps = keeps and lost < 0
     try:
-        found = result.write_result(Path(path), scene, simulation, observers, timed, keeps, save)
+        found, warnings = result.write_result(
+            Path(path), scene, simulation, observers, timed, keeps, save
+        )
     except UserError as problem:
         if save and (unsaved := save()):
             problem = UserError(f"{problem}; {unsaved}")
         raise _with_place(problem, scene, keeper) from None
     if keeper:
         keeper.discard()
-    for sentence in filter(None, found.warnings):
+    for sentence in warnings:
         options.say(sentence)  # now: where warnings are errors, it raises
-    return result.summary(scene, found.values, found.attributes)
-
-
-def _engine(scene, system, state, threads):
-    """What makes the steps of a scene."""
-    if "engine" not in scene.data:
-        return Simulation(system, state, threads)
-    # By name: where it is edited, runs that do not need it stay.
-    lammps, ranks = import_module("dpd.lammps.engine"), scene.data["engine"]["ranks"]
-    return lammps.Lammps(scene, system, state, ranks, threads)
+    return found
 
 
 def _with_place(problem, scene, keeper):
