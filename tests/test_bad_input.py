@@ -81,8 +81,6 @@ SCENES = [
     ({"start": {"forces": {"gamma": 9}}}, ["start.forces", "no effect", "relax"]),
     ({"start": {"forces": {"bond": {"length": 1}}, "relax": {"steps": 9, "dt": 0.01}}},
      ["start.forces", "'bond'", "core, gamma"]),
-    ({"molecules": [{"architecture": "A 9999999 B 9999999", "count": 9999}]},
-     ["molecules.0.architecture", "more beads than 1000000"]),
     ({"molecules": [{"architecture": s, "count": 1} for s in MANY],
       "repulsion": {f"{s} {t}": 25 for i, s in enumerate(MANY) for t in MANY[i:]}},
      ["molecules", "300 species", "<= 256"]),

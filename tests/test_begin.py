@@ -14,13 +14,13 @@ from dpd import files
 from dpd.errors import UserError
 from dpd.particles import read, write
 from dpd.runs.result import of_state
-from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
 from dpd.start import start_digest
 from dpd.start.common.files import order_of
 from dpd.start.common.make import make_start, species_of
 from tests.conftest import SCENE
+from tests.test_extend import run
 
 MELT = SCENE | {
     "box": [4, 4.5, 5],
@@ -170,8 +170,7 @@ def test_where_a_path_counts_from(melt, tmp_path, monkeypatch):
 def work(folder):
     """A scene in the working folder, and the finished run of it."""
     Path("melt.yaml").write_text(yaml.safe_dump(MELT))
-    scene = Scene(MELT)
-    simulate(scene, "run.nc", make_start(scene), Options(own=True))
+    run(MELT, "run.nc")
     return folder
 
 

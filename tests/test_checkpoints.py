@@ -15,15 +15,9 @@ import yaml
 
 from dpd import jit
 from dpd.engine.loop import Checkpoint, run
-from dpd.engine.simulation import Simulation
-from dpd.errors import UserError
-from dpd.files import check_place
 from dpd.jit import kernel
-from dpd.observe.common.measured import observables
-from dpd.scene.scene import Scene
-from dpd.start.common.make import make_start, system_of
 from tests.conftest import begin
-from tests.systems import Killed, assert_same_state, kill_at
+from tests.systems import Killed, assert_same_state, begun, kill_at
 from tests.test_extend import CHAINS, assert_same
 
 SCENE = CHAINS | {
@@ -39,10 +33,9 @@ KEY = {"scene": "this"}
 
 def new_run():
     """A simulation with a pair list, and its observers, at their beginning."""
-    scene = Scene(SCENE)
-    system = system_of(scene)
-    assert system.skin > 0
-    return Simulation(system, make_start(scene)), observables(scene, system)
+    simulation, observers, _ = begun(SCENE)
+    assert simulation.system.skin > 0
+    return simulation, observers
 
 
 @pytest.fixture(scope="module")
@@ -144,15 +137,6 @@ def test_a_checkpoint_that_cannot_be_written_does_not_end_a_run(kept, monkeypatc
     assert len(problems) == 1 and "No space left" in problems[0] and "going on" in problems[0]
     assert kept.path.read_bytes() == former
     assert [path.name for path in kept.path.parent.iterdir()] == [kept.path.name]
-
-
-def test_a_place_is_tried_before_a_run(tmp_path):
-    """One that is no folder is an error with file and remedy."""
-    check_place(tmp_path / "new" / "run.nc")
-    assert list((tmp_path / "new").iterdir()) == []
-    (tmp_path / "file").write_text("")
-    with pytest.raises(UserError, match="cannot be written"):
-        check_place(tmp_path / "file" / "run.nc")
 
 
 def test_a_result_that_cannot_be_written_is_not_lost(folder, dpd):

@@ -16,11 +16,11 @@ from dpd.observe.displacement import displacements, followed
 from dpd.particles import read
 from dpd.pipeline.status import look_at
 from dpd.runs.result import pressure_warning
-from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import merge
 from dpd.start.common.files import read_start, starting_from, write_start
 from dpd.start.common.make import make_start, system_of
+from tests import test_extend
 from tests.conftest import SCENE
 from tests.systems import Killed, kill_at
 
@@ -34,11 +34,9 @@ FLUID = SCENE | {
 }  # fmt: skip
 
 
-def run(data, path, progress=None, **settings):
-    """A run that keeps its state."""
-    scene = Scene(data)
-    simulate(scene, path, make_start(scene), Options(own=True, **settings), progress)
-    return files.read(path)
+def run(*given, **settings):
+    """What a run that keeps its state leaves."""
+    return files.read(test_extend.run(*given, **settings))
 
 
 @pytest.fixture(scope="module")

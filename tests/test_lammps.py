@@ -73,7 +73,7 @@ def test_forces_and_steps_are_ours(name):
     found = other.ranks("gather_atoms", "f", 1, 3).reshape(-1, 3).T[: scene.dimension]
     found = found / own.system.mass_of(None if scene.masses is None else scene.kinds)
     assert np.abs(found - force).max() < tolerance * np.abs(force).max()
-    one, two = (each.advance_measured(20) for each in (own, other))
+    one, two = (each.sample(20, [20], measure=True).of(-1) for each in (own, other))
     states = [each.state for each in (own, other)]
     apart = nearest(np.subtract(*(each.by_identity(each.position) for each in states)), scene.box)
     assert np.abs(apart).max() < tolerance
@@ -265,7 +265,7 @@ def test_the_virial_of_all_forces_is_that_of_lammps():
     """With friction: the sum of what moved the beads, which our own noise would not give."""
     scene = Scene(SCENE)
     other = Lammps(scene, system_of(scene), make_start(scene))
-    found = other.advance_measured(50).virial[ALL_FORCES]
+    found = other.sample(50, [50], measure=True).of(-1).virial[ALL_FORCES]
     pressure = other.ranks("numpy.extract_compute", "virial", 0, 1)
     np.testing.assert_allclose(np.diag(found), other.volume * pressure[:3], rtol=1e-12)
     own = Simulation(system_of(scene), other.state).measure().of(-1).virial

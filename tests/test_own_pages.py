@@ -347,9 +347,7 @@ def test_pairs_do_not_reach_through_walls(folder):
 
 
 def test_keys_of_sections(folder):
-    """Of ours, and of a page of one's own; a name that is near; the version."""
-    walls = command("keys", "walls")
-    assert walls.returncode == 0 and "walls.gamma: number >= 0, <= 1000000; if not" in walls.stdout
+    """Of a page of one's own as of ours; a name that is near."""
     own = command("keys", "neighbours", "--page", "mine.py").stdout
     assert "observe[].neighbours.within: number > 0, <= 5 [r_c]; if not given: 0.8" in own
     wrong = command("keys", "wals")

@@ -12,13 +12,12 @@ from dpd.engine.space import tilted
 from dpd.errors import UserError
 from dpd.particles import read, write
 from dpd.physics.shear import Shear
-from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.files import read_start, write_start
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
 from tests.engine.test_pairs import box_with
-from tests.test_extend import assert_goes_on
+from tests.test_extend import assert_goes_on, run
 from tests.test_particles import melt
 
 FLUID = SCENE | {
@@ -104,10 +103,7 @@ def test_other_programs_find_beads_in_the_tilted_box(tmp_path):
 @pytest.fixture(scope="module")
 def sheared(tmp_path_factory):
     """A run under shear that keeps its end, with images that have slid."""
-    path = tmp_path_factory.mktemp("sheared") / "run.nc"
-    scene = Scene(FLUID)
-    simulate(scene, path, make_start(scene), Options(own=True))
-    return scene, path
+    return Scene(FLUID), run(FLUID, tmp_path_factory.mktemp("sheared") / "run.nc")
 
 
 def test_a_run_goes_on_from_the_end_of_a_sheared_one(sheared, tmp_path):

@@ -30,7 +30,7 @@ def test_steps_beside_the_reference(name):
     system, by_itself, lists, tilts = simulation.system, 0.0, set(), []
     for _ in range(fewer_in_python(40)):
         before = reference.position.copy()
-        sums = simulation.advance_measured(1)
+        sums = simulation.sample(1, [simulation.state.step + 1], measure=True).of(-1)
         reference.step()
         assert np.abs(simulation.unfolded - reference.position).max() < 1e-9
         velocity = by_identity(simulation, "velocity") + flow_of(system, reference.position)
@@ -65,12 +65,13 @@ def test_threads_and_calls_change_no_bit(name):
     """One call measured at its end, or three; one thread, or two or four of them."""
     one, many = simulation_of(name), []
     parts = (13, 1, 26) if COMPILES else (2, 1, 1)
-    first = one.advance_measured(sum(parts))
+    first = one.sample(sum(parts), [sum(parts)], measure=True).of(-1)
     for threads in (1,) if name in SPLIT or not COMPILES else (1, 2, 4):
         simulation = simulation_of(name, threads)
         for steps in parts[:-1]:
             simulation.advance(steps)
-        many.append((simulation, simulation.advance_measured(parts[-1])))
+        sums = simulation.sample(parts[-1], [sum(parts)], measure=True).of(-1)
+        many.append((simulation, sums))
     for simulation, sums in many:
         assert_same_state(simulation.state, one.state)
         assert simulation.box == one.box

@@ -51,7 +51,7 @@ def test_what_is_measured_belongs_to_where_the_beads_are(scheme, skin=0.2):
     system = make_system(BOX[3], scheme, dt=0.02, skin=skin, bonds=bonds)
     one, other = (make_simulation(system, position, velocity) for _ in range(2))
     for steps in (7, 1, 12):
-        sums = one.advance_measured(steps)
+        sums = one.sample(steps, [one.state.step + steps], measure=True).of(-1)
         other.advance(steps)
         place, speed = by_identity(one, "position"), by_identity(one, "velocity")
         reference = Reference(system, "gw-vv", 0.5, place, speed)

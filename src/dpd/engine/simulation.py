@@ -103,10 +103,6 @@ class Simulation(Snapshot):
         """Advance by ``steps`` >= 1 steps; for errors see `sample`."""
         self.sample(steps, ())
 
-    def advance_measured(self, steps: int) -> Sums:
-        """The same; sums of the end, with forces, without an axis of samples."""
-        return self.sample(steps, [self.state.step + steps], measure=True).of(-1)
-
     def measure(self) -> Sums:
         """Sums of one sample where the beads are, leaving the state alone."""
         before = self.state
