@@ -12,8 +12,7 @@ import numpy as np
 from benchmarks.systems import CHANNEL, FLAT_MELT, FLUID, MELT, SLABS, STUDIES, workload
 from benchmarks.timing import TURNS, in_turns, labelled, simulation_of, starts_of
 from dpd.engine.loop import run
-from dpd.engine.simulation import Unstable
-from dpd.errors import UserError
+from dpd.errors import LostRun, UserError
 from dpd.observe.common.measured import observables
 from dpd.page import Observable, names
 from dpd.physics.integrator import SCHEMES
@@ -122,7 +121,7 @@ def schemes(scenes=None, turns=TURNS, dt=DT, say=print):
             simulation = simulation_of(Scene(changed, scene.where), starts[name])
             try:
                 simulation.advance((turns + 1) * steps)  # stands what is to come, and compiles
-            except Unstable as problem:
+            except LostRun as problem:
                 say(f"{name}: {label}: {problem}")
                 wild.append(f"{label} on {name}")
                 continue

@@ -14,15 +14,6 @@ from dpd.report.text import typeset
 from dpd.start.common.make import make_start
 from tests.test_pipeline import assert_drawn, copy_repository, planned
 
-SYSTEMS = {
-    "W1": {"box": 5, "start": {}},
-    "W2": {"box": 8, "molecules": [{"architecture": "A 16", "count": 32}],
-           "start": {"relax": {"steps": 500, "dt": 0.005}}},
-    "W3": {"box": 12, "molecules": [{"architecture": "A 12", "count": 24}],
-           "start": {"relax": {"steps": 500, "dt": 0.001}}},
-    "W4": {"box": [4, 4, 10], "start": {"method": "slabs"}},
-}  # fmt: skip
-
 
 @pytest.mark.few("oligomers")
 @pytest.mark.parametrize("name", ["oligomers", "shear"])
@@ -35,7 +26,10 @@ def test_whole_runs_beside_the_bare_loop(name):
 FIGURES = ("lammps", "scaling", "features", "tension")
 FEW = {"steps": {"sample": 20}}
 FLUID = workload("W1", box=7, start={"relax": {"steps": 100, "dt": 0.02}}, **FEW)
-CHAINS = SYSTEMS["W2"] | FEW
+CHAINS = {
+    "box": 8, "molecules": [{"architecture": "A 16", "count": 32}],
+    "start": {"relax": {"steps": 500, "dt": 0.005}},
+} | FEW  # fmt: skip
 SMALL = {
     "W1": FLUID,
     "W2": workload("W2", **CHAINS),

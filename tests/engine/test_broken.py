@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from dpd.engine.loop import Checkpoint, run
-from dpd.engine.simulation import Unstable
 from dpd.engine.space import wrapped
+from dpd.errors import LostRun
 from tests.systems import (
     BOX_2D,
     BOX_3D,
@@ -69,7 +69,7 @@ def fast_bead(velocity):
 
 def test_message_names_bead_step_and_remedy():
     simulation = fast_bead(-50.0)
-    with pytest.raises(Unstable) as caught:
+    with pytest.raises(LostRun) as caught:
         simulation.advance(5)
     assert caught.value.step == 1
     for part in ("bead 13", " 2 r_c", "step 1 ", "dt 0.04", "lower integrator.dt"):
@@ -80,7 +80,7 @@ def test_not_a_number_is_noticed():
     """Of a run under way; a start with one is refused before."""
     simulation = fast_bead(0.0)
     simulation.state.velocity[1, simulation.state.identity == 13] = np.nan
-    with pytest.raises(Unstable, match="bead 13 moved nan"):
+    with pytest.raises(LostRun, match="bead 13 moved nan"):
         simulation.advance(5)
 
 
@@ -99,18 +99,18 @@ def test_what_went_well_before_a_run_breaks_is_kept(tmp_path, scheme, dt):
     """All sums, also of a scheme that is measured in calls of its own; state and checkpoint."""
     simulation, steps, seen = doomed(scheme, dt), [], []
     before = simulation.state
-    with pytest.raises(Unstable) as caught:
+    with pytest.raises(LostRun) as caught:
         simulation.sample(1000, range(before.step + 1, before.step + 1001), measure=True)
     assert simulation.state is before
     record = SimpleNamespace(
         every=2, needs_forces=True, arrays={}, record=lambda sums: steps.extend(sums.step)
     )
-    with pytest.raises(Unstable):
+    with pytest.raises(LostRun):
         run(simulation, (before.step, 1000), [record])
     assert steps == list(range(before.step + 2, caught.value.step, 2)) != []
     watch = SimpleNamespace(every=2, arrays={}, sample=lambda there: seen.append(there.state))
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", {})
-    with pytest.raises(Unstable):
+    with pytest.raises(LostRun):
         run(doomed(scheme, dt), (0, 1000), [watch], checkpoint, every_seconds=0.0)
     assert seen[-1].step < caught.value.step <= seen[-1].step + watch.every
     revived = doomed(scheme, dt)

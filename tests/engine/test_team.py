@@ -6,10 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from dpd.engine.simulation import Unstable
 from dpd.engine.space import PHASES, make_blocks
 from dpd.engine.threads import BLOCKS, LINE
-from dpd.errors import UserError
+from dpd.errors import LostRun, UserError
 from tests.systems import (
     assert_same_state,
     chains,
@@ -111,7 +110,7 @@ def test_blown_up_run_ends_for_all_threads():
     problems = []
     for threads in (1, 3):
         simulation = make_simulation(system, position, velocity, threads=threads)
-        with pytest.raises(Unstable) as caught:
+        with pytest.raises(LostRun) as caught:
             simulation.advance(50)
         problems.append((str(caught.value), caught.value.step))
     assert problems[0] == problems[1]

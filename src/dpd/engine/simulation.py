@@ -21,10 +21,6 @@ CUTOFF = 1.0
 SPARE_ROOM = 2.0  # times what buffers were too small for
 
 
-class Unstable(LostRun):
-    """A bead moved too far along an axis in one step, to no number, or too far behind a wall."""
-
-
 class Snapshot:
     """A `System` and its `State`, as observables see them."""
 
@@ -116,7 +112,7 @@ class Simulation(Snapshot):
 
         Virial and energy, if asked for, come with the forces at the end of the step, or, where a
         scheme has its force in the middle of it, of one more evaluation. The state is as it was
-        before the call if the run blows up (`Unstable`), or the box becomes too large or too small
+        before the call if the run blows up (`LostRun`), or the box becomes too large or too small
         at constant pressure (`UserError`).
         """
         at, before = np.array(list(samples), np.int64), self.state
@@ -175,7 +171,7 @@ class Simulation(Snapshot):
             self._room = np.maximum(self._room, need.astype(np.int64))
             return None
         if lost.bead >= 0:
-            raise Unstable(
+            raise LostRun(
                 f"the run blew up: bead {lost.bead} moved {lost.distance:.3g} r_c along an axis in "
                 f"one step at step {lost.step} (limit: 1 r_c). dt {system.dt:g} is too large for "
                 "this scene: lower integrator.dt, or the friction, repulsion or bond stiffness "
@@ -286,7 +282,7 @@ class Simulation(Snapshot):
         # 1 r_c: none can pass the middle of the gap unseen.
         depth, bead, step = deepest[np.argmax(deepest[:, DEPTH])].tolist()
         if depth > (reach := self.system.walls.reach):
-            raise Unstable(
+            raise LostRun(
                 f"bead {bead:.0f} got {depth:.3g} r_c behind a wall at step {step:.0f} (limit: "
                 f"{reach:g} r_c, beyond which it might feel beads at the opposite wall). The walls "
                 "are too soft for this scene: raise walls.repulsion, or lower integrator.dt if the "

@@ -14,9 +14,9 @@ from dpd.analysis.statistics import mean_and_error
 from dpd.digests import run_sources, value_digest
 from dpd.engine.loop import advance_looking
 from dpd.engine.measure import pair_histogram
-from dpd.engine.simulation import Simulation, Unstable
+from dpd.engine.simulation import Simulation
 from dpd.engine.state import CONSERVATIVE, State
-from dpd.errors import UserError
+from dpd.errors import LostRun, UserError
 from dpd.observe.common.bins import ThermalMotion
 from dpd.scene.scene import Scene
 from dpd.start.common.make import system_of, thermal_velocities
@@ -143,7 +143,7 @@ def at_rest(scene: Scene, state: State, dt: float, look: Look = bool) -> tuple[S
             advance_looking(simulation, max(1, round(PAUSE / dt)), look)
             pairs = pair_histogram(simulation.state.position, simulation.box, 1.0, BINS)
             pushes.append(float(pairs @ w**2) / scene.beads)
-    except Unstable:  # overlaps: more gently
+    except LostRun:  # overlaps: more gently
         return at_rest(scene, state, dt / 4, look)
     return simulation.state, float(np.mean(pushes[ROUNDS // 2 :]))
 
@@ -163,7 +163,7 @@ def _tried(scene, state, dt, memory, budget, look):
         try:
             whole.run(time)
             half.run(time)
-        except Unstable:
+        except LostRun:
             return np.full(2, np.inf), unsure, spent
         off, unsure = _errors(scene, whole.means(settling), half.means(settling))
         time = len(whole.kT) * SAMPLE  # twice as long in all
