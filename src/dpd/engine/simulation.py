@@ -194,12 +194,9 @@ class Simulation(Snapshot):
             image=shared.image.T,
             peculiar=beads.peculiar,
         )
-        return self._sums(at, shared.sampled, measure)
-
-    def _sums(self, at, sampled, measure):
-        found, q = sampled.moments, sampled.moments.shape[3]
+        sampled, q = shared.sampled, shared.sampled.moments.shape[3]
         volume = np.full(len(at), self.volume if len(at) else 0.0)
-        sums = Sums(at, volume, found[:, :, q, 0], found[:, :, :q])
+        sums = Sums(at, volume, sampled.moments[:, :, q, 0], sampled.moments[:, :, :q])
         if not measure:
             return sums
         return sums._replace(virial=sampled.virial, energy=sampled.energy, walls=sampled.walls)

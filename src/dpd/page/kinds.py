@@ -136,11 +136,7 @@ class Observable(Page):
         for change, key in made.items():
             if why := self.why_not(change):
                 yield "", f"{self.key!r} {why}; not allowed with {key!r}"
-        yield from self._sizes(scene)
-        yield from self.refuses(scene)
-
-    def _sizes(self, scene):
-        """Samples and bins that are too many, and intervals and bins that are too long."""
+        # Samples and bins that are too many, and intervals and bins that are too long.
         every, steps = self.every, self.watched(scene)
         if every > steps:
             yield "every", f"{every} steps is longer than the run; allowed: 1 to {steps}"
@@ -149,12 +145,13 @@ class Observable(Page):
             text = f"{every} makes {steps // every} samples; allowed: <= {MOST_SAMPLES}"
             yield "every", f"{text}, every >= {-(-steps // MOST_SAMPLES)}"
         if self.bins_of:
-            bin, end = self.bin, getattr(self, "range", max(scene.box))
+            bin, end = (getattr(self, name, max(scene.box)) for name in ("bin", "range"))
             if bin > end:
                 yield "bin", f"{bin:g} is more than the {self.bins_of}; allowed: <= {end:g}"
             if end / bin > MOST_BINS:
                 text = f"{bin:g} makes {end / bin:.3g} bins; allowed: <= {MOST_BINS}"
                 yield "bin", f"{text}, bin >= {end / MOST_BINS:g}"
+        yield from self.refuses(scene)
 
 
 class StartForces(Section):
