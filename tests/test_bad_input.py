@@ -205,6 +205,7 @@ MORSE = {key: value for key, value in CHAINS.items() if key not in ("fene", "sta
 }
 EXAMPLES = {path.stem: read_yaml(path) for path in sorted((PACKAGE / "scenes").glob("*.yaml"))}
 GROWN = EXAMPLES["melt_2d"] | {"start": {"method": "polymerize"}}
+RANKED = FLUID | {"engine": {"name": "lammps", "ranks": 2}}
 
 
 def whole(data):
@@ -246,7 +247,7 @@ def key_of(place):
 def every_key():
     """Each key that scenes have, in the first of those that have it."""
     found = {}
-    for data in map(whole, (FLUID, CHAINS, MORSE, GROWN, *EXAMPLES.values())):
+    for data in map(whole, (FLUID, CHAINS, MORSE, GROWN, *EXAMPLES.values(), RANKED)):
         for place in places(data):
             found.setdefault(tuple(part for part in place if isinstance(part, str)), (data, place))
     return list(found.values())
