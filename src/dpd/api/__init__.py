@@ -220,9 +220,11 @@ def sweep(
     """
     planned = _planned(as_scene(scene, observe, pages), axes, whole("replicas", replicas))
     threads = Options(threads).threads
+    first = planned.points[0].scene
     if processes is None:
-        processes = max(1, len(os.sched_getaffinity(0)) // threads)
-    workers, first = whole("processes", processes), planned.points[0].scene
+        ranks = first.data.get("engine", {"ranks": 1})["ranks"]
+        processes = max(1, len(os.sched_getaffinity(0)) // max(threads, ranks))
+    workers = whole("processes", processes)
     with _place_for(output, "", first, "dpd.sweep(..., output='runs')") as folder:
         paths = [Path(run_file(folder, point.name)) for point in planned.points]
         missing = [

@@ -112,8 +112,7 @@ def _output_for(given, suffix, options):
     PAGE,
     SETTINGS,
     option("--engine", choices=("lammps",), help="what moves the beads, if not our own engine"),
-    option("--ranks", type=int, default=1, metavar="N",
-           help="processes of that engine, by MPI (default 1)"),
+    option("--ranks", metavar="N", help="processes of that engine, by MPI (default 1)"),
     THREADS, OVERWRITE, output="run.nc",
 )  # fmt: skip
 def run(options: Namespace) -> None:
@@ -121,8 +120,8 @@ def run(options: Namespace) -> None:
     from dpd.runs.run import run
     from dpd.scene.scene import Scene
 
-    if options.engine is not None:
-        options.set.append(f"engine={{name: {options.engine}, ranks: {options.ranks}}}")
+    for name, value in (("name", options.engine), ("ranks", options.ranks)):
+        options.set += [f"engine.{name}={value}"] if value is not None else []
     scene = Scene.read(options.scene, options.page, options.set)
     for sentence in scene.notes:
         print(sentence)
@@ -302,9 +301,13 @@ def export(options: Namespace) -> None:
 
     settings = [*options.set, "engine={name: lammps}"]  # so that it is refused if it cannot be
     scene, path = Scene.read(options.scene, options.page, settings), options.input
-    lines, beside = input_of(scene, make_start(scene), path.name.removeprefix("in."))
+    if not (name := path.name.removeprefix("in.")) or name.split() != [name]:
+        raise UserError(f"{path}: LAMMPS reads names of one word; choose one, as in.melt")
+    lines, beside = input_of(scene, make_start(scene), name)
     runs = [f"run {steps}" for steps in scene.steps if steps]
-    text = "\n".join([f"# {scene.where}, written by dpd-papers", *lines, "thermo 1000", *runs, ""])
+    text = "\n".join(
+        [f"# {options.scene}, written by dpd-papers", *lines, "thermo 1000", *runs, ""]
+    )
     written = {path: text} | {path.with_name(name): each for name, each in beside.items()}
     write_texts(written, options.overwrite)
     print("\n".join(map(str, written)))

@@ -55,7 +55,7 @@ def run(
         say(checkpoint.resume(simulation, observers))
     recorders = [each for each in observers if hasattr(each, "record")]
     lookers = [each for each in observers if not hasattr(each, "record")]
-    beads = simulation.state.identity.size
+    beads = max(1, simulation.state.identity.size // simulation.shares)
     begun = simulation.state.step
     saved, former = time.monotonic(), ""
     while (now := simulation.state.step) < last:

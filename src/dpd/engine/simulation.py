@@ -60,6 +60,7 @@ class Simulation(Snapshot):
 
     def __init__(self, system: System, state: State, threads: int = 1) -> None:
         super().__init__(system, state)
+        self.shares = 1  # processes that share the beads
         if system.shear is not None and state.slid is None:
             state.slid = 0
         if system.shear is not None and state.peculiar is None:
@@ -77,6 +78,9 @@ class Simulation(Snapshot):
         self._threads = threads
         self._others = started(threads - 1) if threads > 1 else None
         self.go_on_with(system)
+
+    def close(self) -> None:
+        """End what else works on it."""
 
     def go_on_with(self, system: System, anew: bool = False) -> None:
         """Go on with a system of the same beads in the same box; if anew, forces come first."""

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dpd.engine.simulation import Simulation
+from dpd.engine.simulation import CUTOFF, Simulation
 from dpd.engine.space import wrapped
 from dpd.engine.state import ALL_FORCES, State, Sums, System
 from dpd.errors import UserError
@@ -35,6 +35,11 @@ MEASURED = [
 ]  # fmt: skip
 
 
+LARGEST = 512  # boxes of an image flag
+TOO_FAST = "Lost atoms", "Non-numeric", "atoms missing", "atom missing"
+NOTHING = Sums(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0, 0)))
+
+
 class Lammps(Simulation):
     """A `Simulation` whose steps LAMMPS makes; threads are those of our own kernels."""
 
@@ -43,32 +48,32 @@ class Lammps(Simulation):
         skin: float = SKIN,
     ) -> None:  # fmt: skip
         super().__init__(system, state, threads)
-        self.ranks, self._scene, self._skin = Ranks(ranks), scene, skin
+        self.ranks, self.shares, self._scene, self._skin = Ranks(ranks), ranks, scene, skin
+        self.called = f"LAMMPS {self.ranks('version')}, {ranks} rank(s)"
         self._from: State | None = None  # what it goes on from
 
-    @property
-    def called(self) -> str:
-        """What it is, for results."""
-        name = f"LAMMPS {self.ranks('version')}, {self.ranks.number} rank(s)"
-        return f"{name}; a run that was resumed has the same averages, not the same bits"
+    def close(self) -> None:
+        self.ranks.close()
 
     def sample_in_box(self, steps: int, at: np.ndarray, measure: bool) -> Sums:
         end, parts = self.state.step + steps, []
         for step in sorted({*at.tolist(), end}):
             self.go(step - self.state.step)
-            parts.append(self.gather(step, [step] if step in at else [], measure))
-        return Sums.joined(parts)
+            self.gather(step)
+            if step in at:
+                parts.append(self._sums_here(step, measure))
+        return Sums.joined(parts) if parts else NOTHING
 
     def go(self, steps: int) -> None:
         """Let LAMMPS make steps: on from where it is, or from our state where that is another."""
         if self._from is not self.state:
             self._set_up()
-            self._from = self.state
         try:
             self.ranks("command", f"run {steps} pre no post no")
         except UserError as problem:
-            self._from = None
-            raise UserError(f"{problem}; if beads got too fast, lower integrator.dt") from None
+            self._from, text = None, str(problem)
+            hint = "; lower integrator.dt" if any(word in text for word in TOO_FAST) else ""
+            raise UserError(f"{text}{hint}") from None
 
     def _set_up(self):
         with tempfile.TemporaryDirectory(prefix="dpd-lammps-") as folder:
@@ -76,24 +81,39 @@ class Lammps(Simulation):
             for name, text in files.items():
                 Path(folder, name).write_text(text)
             self.ranks("commands_list", ["clear", f'shell cd "{folder}"', *lines, *MEASURED])
+        self._from, self._boxes, self._image = self.state, self._gathered("image"), self.state.image
 
-    def gather(self, step: int, samples: list[int], measure: bool) -> Sums:
-        """Take over the beads of all ranks at a step, and sums there."""
-        box = self.box
-        position, velocity, image = (
-            self.ranks("gather_atoms", name, kind, 3).reshape(-1, 3).T[: len(box)]
-            for name, kind in (("x", 1), ("v", 1), ("image", 0))
-        )
-        position, further = wrapped(position, box)
-        self.state = replace(
+    def _gathered(self, name):
+        kind = 0 if name == "image" else 1  # whole numbers, or not
+        found = self.ranks("gather_atoms", name, kind, 3).reshape(-1, 3)
+        return found.T[: self.system.dimension]
+
+    def gather(self, step: int) -> None:
+        """Take over the beads of all ranks at a step."""
+        boxes, velocity = self._gathered("image"), self._gathered("v")
+        fastest = np.abs(velocity).max() * self.system.dt
+        if not fastest < CUTOFF:
+            raise UserError(
+                f"the run blew up: at step {step} a bead moves {fastest:.3g} r_c along an axis in "
+                "one step (limit: 1 r_c); lower integrator.dt, or the repulsion or bond stiffness "
+                "that asks for it"
+            )
+        # It counts boxes up to 512, and then from -512 on.
+        self._image = self._image + (boxes - self._boxes + LARGEST) % (2 * LARGEST) - LARGEST
+        position, further = wrapped(self._gathered("x"), self.box)
+        self._boxes = boxes
+        self.state = self._from = replace(
             self.state, position=position, velocity=velocity, force=None, reference=None,
             identity=np.arange(position.shape[1], dtype=np.uint32),
             species=None if self.state.species is None else self._scene.kinds,
-            image=(image + further).astype(np.int32), step=step,
+            image=(self._image + further).astype(np.int32), step=step,
         )  # fmt: skip
-        sums = self.call(0, samples, measure)
+
+    def _sums_here(self, step, measure):
+        """Sums of our own kernels where the beads are, with the virial that moved them."""
+        sums = self.call(0, [step], measure)
         self._from = self.state
-        if measure and samples:
-            d, pressure = len(box), self.ranks("numpy.extract_compute", "virial", 0, 1)
+        if measure:
+            d, pressure = self.system.dimension, self.ranks("numpy.extract_compute", "virial", 0, 1)
             sums.virial[:, ALL_FORCES] = self.volume * pressure[VIRIAL][:d, :d]
         return sums

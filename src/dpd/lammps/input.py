@@ -22,7 +22,7 @@ from dpd.scene.scene import Scene
 from dpd.start.common.make import system_of
 
 SKIN = 0.3  # r_c, of its neighbour list
-NEAREST, ROWS = 1e-5, 20_000  # r_c, and rows of a table: nearer pairs end a run, which none are
+NEAREST, ROWS = 1e-7, 20_000  # r_c, and rows of a table: nearer pairs end a run, which none are
 BITS = 16  # of its lookup: equal steps of the logarithm, 1024 a factor of 1.4 in distance
 RARE = 30.0  # kT above the least, up to which bonds get long
 SEEDS = 900_000_000  # that LAMMPS allows

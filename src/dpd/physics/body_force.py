@@ -58,15 +58,14 @@ class DrivingForce(Term, key="body_force"):
         return ("xyz".index(self.opposite),) if self.opposite else ()
 
     def lammps(self, scene: Any) -> list[str] | str:
-        lines, turned = [], ""
+        turned = ""
         if self.opposite:
             edge, x = scene.box["xyz".index(self.opposite)], self.opposite
             turned = f"*(1-2*({x}-{edge}*floor({x}/{edge})>={edge / 2}))"
-        for n, strength in enumerate(scene.by_species(self.strength), 1):
-            along = " ".join(f"v_push{n}" if axis == self.axis else "0.0" for axis in "xyz")
-            lines += [f"group pushed{n} type {n}", f'variable push{n} atom "{strength}{turned}"']
-            lines.append(f"fix push{n} pushed{n} addforce {along}")
-        return lines
+        of_type = [f"(type=={n})*{f}" for n, f in enumerate(scene.by_species(self.strength), 1)]
+        along = " ".join("v_push" if axis == self.axis else "0.0" for axis in "xyz")
+        push = f'variable push atom "({"+".join(of_type)}){turned}"'
+        return [push, f"fix push all addforce {along}"]
 
     def records(self, scene: Any) -> dict[str, Any]:
         axis, across = "xyz".index(self.axis), "xyz".index(self.opposite or self.axis)

@@ -154,7 +154,7 @@ class Integrator(Term, key="integrator"):
 
     def lammps(self, scene: Any) -> list[str] | str:
         if (self.scheme, self.lambda_) != ("gw-vv", 0.5):
-            return "is 'gw-vv' with lambda 0.5 in LAMMPS: its velocity Verlet, which has no other"
+            return "is in LAMMPS its velocity Verlet alone, which is 'gw-vv' with lambda 0.5"
         return ["fix move all nve", f"timestep {self.dt}"]
 
     def refuses(self, scene: Any) -> Refusals:

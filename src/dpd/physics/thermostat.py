@@ -52,8 +52,9 @@ class Thermostat(Term, key="thermostat"):
         return self.kind == "langevin" and any(self.frictions())
 
     def notes(self, scene: Any) -> Iterator[str]:
-        if "engine" in scene.data and self.noise == "uniform" and any(self.frictions()):
-            yield "thermostat.noise: between pairs it is Gaussian in LAMMPS"
+        there = "gaussian" if self.kind == "dpd" else "uniform"
+        if "engine" in scene.data and self.noise != there and any(self.frictions()):
+            yield f"thermostat.noise: it is {there} in LAMMPS"
 
     def lammps(self, scene: Any) -> list[str] | str:
         size, each = len(scene.species), self.kind == "langevin"
@@ -61,12 +62,13 @@ class Thermostat(Term, key="thermostat"):
         lines = [f"pair_style dpd {self.kT} 1.0 ${{seed}}"]
         for i, j in zip(*np.triu_indices(size)):
             lines.append(f"pair_coeff {i + 1} {j + 1} dpd {scene.repulsion[i, j]} {gamma[i, j]}")
-        friction = np.broadcast_to(scene.friction if each else 0.0, size)
-        for n in friction.nonzero()[0]:  # which takes the time in which a bead stops
-            mass = 1.0 if scene.masses is None else scene.masses[n]
-            lines.append(f"group rubbed{n + 1} type {n + 1}")
-            rest = f"{self.kT} {self.kT} {mass / friction[n]} $(v_seed+{n + 1})"
-            lines.append(f"fix friction{n + 1} rubbed{n + 1} langevin {rest}")
+        if each and any(self.frictions()):  # fix langevin takes the time in which a bead stops
+            friction = np.broadcast_to(scene.friction, size)
+            mass = np.ones(size) if scene.masses is None else scene.masses
+            rubbed = friction.nonzero()[0]
+            scaled = " ".join(f"scale {n + 1} {mass[n] / friction[n]}" for n in rubbed)
+            lines.append(f"group rubbed type {' '.join(str(n + 1) for n in rubbed)}")
+            lines.append(f"fix friction rubbed langevin {self.kT} {self.kT} 1.0 ${{seed}} {scaled}")
         return lines
 
 

@@ -22,7 +22,7 @@ from dpd.start import BYTES_PER_BEAD, start_digest
 # Bead-steps per second on one core: nine of ten runs of the study `quick` are faster, the slowest
 # has 3.6e6; and of all together, on an AMD EPYC (Zen 5).
 RATE, USUAL = 5e6, 23e6
-OF_RANK = 0.7e6  # of a rank of LAMMPS
+OF_RANK, OF_EACH = 0.6e6, 80  # of a rank of LAMMPS, and its MB
 PER_JOB = 0.9  # seconds that a job takes beside that: kernels are read, a figure is drawn
 GENEROUS = 5  # times what is expected: other processors are slower
 STARTUP = 1.0  # minutes: Snakemake and Python start and read kernels, on a slow disk
@@ -48,7 +48,8 @@ def ranks(scene: Scene) -> int:
 def megabytes(scenes: Sequence[Scene], attempt: int) -> int:
     """MB of memory to ask for, `GENEROUS` times those of the beads, in the nth try."""
     beads = max(scene.beads for scene in scenes)
-    return attempt * (PROCESSES + math.ceil(GENEROUS * BYTES_PER_BEAD * beads / 1e6))
+    others = OF_EACH * max(map(ranks, scenes))
+    return attempt * (PROCESSES + others + math.ceil(GENEROUS * BYTES_PER_BEAD * beads / 1e6))
 
 
 def quickest(paper: Paper) -> list[str]:

@@ -351,15 +351,14 @@ def read_paper(
     for sweep, given in paper.sweeps.items():
         if only is None or sweep in only:
             key, kind = f"{where}: sweeps.{sweep}", sweeps if given.theory is None else theory
+            kind[sweep] = unfold(name, sweep, given, key, path.parent, seed, points)
             if engine and given.scene is not None:
                 scene = {"engine": {"name": "lammps"}} | given.scene
-                given = given.model_copy(update={"scene": scene})
-            try:
-                kind[sweep] = unfold(name, sweep, given, key, path.parent, seed, points)
-            except UserError:
-                if not engine:
-                    raise
-                left.add(sweep)
+                there = given.model_copy(update={"scene": scene})
+                try:
+                    kind[sweep] = unfold(name, sweep, there, key, path.parent, seed, points)
+                except UserError:
+                    left.add(sweep)
     sampling = tuple(said.model_dump(exclude_unset=True) for said in paper.sampling)
     runs = {
         sweep: each.replicas * prod(len(axis.taken) for axis in (each.axes or {}).values())

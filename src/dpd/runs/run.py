@@ -276,6 +276,8 @@ def simulate(
         if not isinstance(problem, LostRun) or scene.data["unstable"] != "record":
             raise _with_place(problem, scene, keeper) from None
         done = lost = problem.step
+    finally:
+        simulation.close()
     now, compiled = time.perf_counter(), COMPILING.duration
     timed = {
         "lost_step": lost,
@@ -283,7 +285,9 @@ def simulate(
         "bead_steps_per_second": scene.beads * done / max(now - compiled - running, 1e-9),
     }
     if "engine" in scene.data:
-        timed["engine"] = simulation.called
+        resumed = lost < 0 and done < sum(scene.steps) - state.step
+        said = "; resumed, so to the same averages and not the same bits" if resumed else ""
+        timed["engine"] = f"{simulation.called}{said}"
     if former:
         timed["extended_from_step"] = state.step
     save = partial(keeper.save, simulation, observers) if keeper and lost < 0 else None

@@ -178,6 +178,8 @@ class Scene(Settings):
         """Digest of all that decides the run: of files the content, of pages only settings."""
         observe = {key: page.plain() for key, page in self.observe.items()}
         without = {key: value for key, value in self.data.items() if key != "pages"}
+        if "engine" in without:  # by how many processes does not matter, as with threads
+            without["engine"] = without["engine"]["name"]
         terms = {key: term.content() for key, term in self.terms.items()}
         return value_digest(without | {"observe": observe, "start": self.start.content()} | terms)
 

@@ -277,9 +277,12 @@ def limits(scene: Any) -> Refusals:
         for key, term in scene.terms.items():
             if isinstance(why_not := term.lammps(scene), str):
                 yield key, f"{key!r} {why_not}; change it, or remove the key 'engine'"
-        if scene.data.get("schedule") or scene.data["unstable"] == "record":
-            text = "'schedule' and 'unstable: record' are for our own engine; remove them"
-            yield "engine", f"{text}, or the key 'engine'"
+        alone = {
+            "schedule": scene.data.get("schedule"),
+            "unstable": scene.data["unstable"] != "fail",
+        }
+        for key in filter(alone.get, alone):
+            yield key, "is for our own engine; remove the key, or the key 'engine'"
     for key, term in scene.terms.items():
         for change, other in scene.made.items():
             if other != key and (why := term.why_not(change)):
