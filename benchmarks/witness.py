@@ -40,9 +40,9 @@ def witness(study, cores, say=print):
     """Rows for each sweep that LAMMPS can have, in the order of the papers.
 
     A row is a quantity, its mean and standard error on both engines, and z, their difference over
-    its standard error; of g(r) the root mean square of that over distances. ``z_own`` is the same of
-    our engine with another seed: errors are widened where few samples know them, so its z is
-    somewhat below 1 as well.
+    its standard error; of g(r) the root mean square of that over distances. ``z_own`` is the same
+    of our engine with another seed: errors are widened where few samples know them, so that its
+    rms is somewhat below 1 as well.
     """
     scenes = dict(scenes_of(study))
     with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
@@ -123,7 +123,7 @@ def over_distances(one, two):
 
 
 def summary(rows):
-    """By quantity, as text: runs, rms of z, that of our own engine with another seed, the largest."""
+    """By quantity, as text: runs, rms of z, that of two seeds of our engine, and the largest z."""
     groups = [
         *rows.groupby("quantity", sort=False),
         ("all but g(r)", rows[rows.quantity != "g(r)"]),
