@@ -95,6 +95,10 @@ def _take(lease, path, say, wait, look):
     while True:
         owner = worker_on(path)
         who = f"(process {owner.process} on {owner.host})" if owner else ""
+        with suppress(FileNotFoundError):  # one that was killed as it made its lock left it empty:
+            status = os.lstat(lease.lock_file)  # filelock takes that for held, for ever
+            if not status.st_size and time.time() - status.st_mtime > SIGN:
+                os.unlink(lease.lock_file)
         with suppress(Timeout):
             lease.acquire(blocking=False)
             if owner:
