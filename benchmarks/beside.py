@@ -137,7 +137,7 @@ def look(simulation, every):
     sums = simulation.advance_measured(every)
     state, system = simulation.state, simulation.system
     twice_kinetic = (state.velocity**2).sum()
-    pressure = (twice_kinetic + np.trace(sums.virial[ALL_FORCES])) / (
+    pressure = (twice_kinetic + np.trace(sums.virial[0, ALL_FORCES])) / (
         system.dimension * system.volume
     )
     return state.by_identity(state.position), state.by_identity(state.velocity), pressure

@@ -84,6 +84,9 @@ def writing(path: Path) -> Iterator[None]:
 def check_output(path: str | Path, suffix: str = "", inputs: Iterable[str | Path] = ()) -> None:
     """Refuse a place that is no file, has another suffix, or is that of an input by any name."""
     path = Path(path)
+    name = os.path.abspath(path)
+    if "\\" in name or name.encode(errors="ignore").decode() != name:
+        raise UserError(f"{str(path)!r}: the NetCDF library opens no such name; choose another one")
     if os.path.exists(path) and not os.path.isfile(path):
         raise UserError(f"{path}: is no file, as a folder or a device; name the file to write")
     if path.suffix != suffix and suffix:  # run.NC would share with run.nc what lies beside
