@@ -43,7 +43,7 @@ def scenes_of(wildcards):
 
 def ranks_of(wildcards):
     """Processes of another engine that they want, as LAMMPS by MPI; 1 of our own."""
-    return max(jobs.ranks(scene) for scene in scenes_of(wildcards))
+    return max(scene.ranks for scene in scenes_of(wildcards))
 
 
 def results_of_runs(wildcards):

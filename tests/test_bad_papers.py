@@ -93,6 +93,7 @@ PAPERS = [
      ["integrator.scheme", "'auto'", "python -m dpd run"]),
     (PAPER | {"measurements": ["scalling"]}, ["measurements.0: 'scalling'", "'scaling'"]),
     (PAPER | {"measurements": ["tension"]}, ["fig.measurements: no measurement 'lammps'"]),
+    (axes_of(dt={"values": {"x" * 200: {}}}), ["sweeps.fluid.axes", "213 letters", "<= 200"]),
     (sampling(sweeps=["fluids"]), ["sampling.0.sweeps: no sweep 'fluids' with runs"]),
     (sampling(at={"lengths": [1]}), ["sweep fluid has no axis 'lengths'"]),
     (sampling(steps=1, duration=1.0), ["sampling"]),
@@ -120,6 +121,7 @@ def test_papers_that_cannot_be_meant(unfold, paper, named):
     [(("scene", "box"), {"paper": 8, "smoke": "wide"}, ["fluid (", "box: 'wide'"]),
      (("scene", "box"), {"paper": 8, "smok": 6}, ["box: 'smok' stands beside 'paper'", "'smoke'"]),
      (("axes", "a", "values"), {"paper": [1], "smoke": [2, 2]}, ["axes.a.values", "twice"]),
+     (("axes", "a", "labels"), {"smoke": [15]}, ["axes.a.labels", "a list"]),
      (("axes", "scheme", "labels"), {"smoke": ["eule"]}, ["no label 'eule'", "'euler'"]),
      (("axes",), {"smoke": {}, "a": {}}, ["fluid.axes: 'a' stands beside 'smoke'"])],
 )  # fmt: skip

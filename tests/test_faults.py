@@ -18,6 +18,7 @@ from dpd.analysis.verdicts import COLUMNS
 from tests.conftest import SCENE
 
 POINT = ("smoke", "groot_warren_1997", "fluid", "replica=0")
+NOT_UTF8 = os.fsdecode(b"run\xff.nc")
 
 
 def everything():
@@ -58,6 +59,7 @@ OUTPUTS = {
     "capitals, with the same files beside it": (None, "run.NC"),
     "a scene": (None, "scene.yaml"),
     "in a file": (None, "scene.yaml/run.nc"),
+    "not UTF-8": (None, NOT_UTF8),
 }
 # The same for the stages that keep a checkpoint and a lock beside it.
 BESIDE = {
@@ -73,7 +75,7 @@ STAGES = {
 }
 BAD_OUTPUTS = [
     *itertools.product(("run",), OUTPUTS | BESIDE),
-    *itertools.product(STAGES, ("a pipe", "a folder", "no suffix", "in a file")),
+    *itertools.product(STAGES, ("a pipe", "a folder", "no suffix", "in a file", "not UTF-8")),
     *itertools.product(("simulate",), BESIDE),
 ]
 

@@ -32,7 +32,7 @@ def test_a_paper_outside_of_the_clone_is_planned(outside):
     for options, said in (
         (asked[:2], "'mine' is not in config/papers; allowed: "),
         ((*asked[:2], "papers_dir=mine"), "'mine' is no whole path"),
-        ((*asked[:2], "papers_dir=/nowhere"), "is not in config/papers or /nowhere"),
+        ((*asked[:2], "papers_dir=/nowhere"), "/nowhere: there is no such folder"),
     ):
         done = snakemake(folder, "-n", *options)
         assert done.returncode and said in done.stdout + done.stderr

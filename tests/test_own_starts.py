@@ -103,11 +103,14 @@ def test_kernels_are_compiled_without_one_that_takes_long(folder):
 
 
 def test_between_walls_beads_are_counted_from_the_lower_one(folder):
-    """Where nothing repeats."""
+    """And one behind a wall is refused: nothing repeats there."""
     walled = SCENE | {"walls": {"axis": "z", "repulsion": 25}, "box": [8, 4, 4]}
     scene = Scene(walled)
     z = make_start(scene).position[2] - scene.origin[2]
     np.testing.assert_allclose(z, np.random.default_rng(4).random((384, 3))[:, 2], atol=1e-12)
+    (folder / "line.py").write_text(PAGE.replace("return x", "return x[:, ::-1]"))
+    with pytest.raises(UserError, match=r"bead 81 is at 4\.05 along z, behind a wall"):
+        make_start(Scene(walled))
 
 
 def test_the_page_of_the_documentation(folder):

@@ -58,12 +58,12 @@ def assert_same(found, expected, position=0.0):
 def test_there_and_back(tmp_path, dimension, kind, whole):
     """With all that a configuration has, and with as little as it can have.
 
-    A GSD file counts from the middle of the box, which rounds once.
+    A GSD file counts from the middle of the box, which rounds once, and has velocities of 0.
     """
     expected = melt(dimension, velocities=whole, bonds=whole)
     lost = write(expected, tmp_path / f"melt.{kind}")
-    said = ["names of the species"] if kind == "data" else []
-    assert [sentence[:20] for sentence in lost] == said
+    said = {"gsd": ["there are no velocities"] * (not whole), "data": ["names of the species"]}
+    assert [sentence[:20] for sentence in lost] == [each[:20] for each in said.get(kind, [])]
     rounding = 1e-15 * max(expected.box) if kind == "gsd" else 0.0
     assert_same(read(tmp_path / f"melt.{kind}"), expected, rounding)
     assert os.listdir(tmp_path) == [f"melt.{kind}"]
@@ -206,6 +206,7 @@ def test_a_gsd_file_that_is_wrong(tmp_path):
         ("frame.configuration.box = [4, 0, 4, 0, 0, 0]", "an edge that is not a positive"),
         ("frame.particles.position[3, 1] = np.nan", "bead 3 has a position"),
         ("frame.particles.position[5, 2] = 4", "bead 5 is outside of the box of 4 x 4 x 4"),
+        ("frame.bonds.N, frame.bonds.group = 2, [[0, 1], [1, 0]]", "0 and bead 1 are bonded more"),
     )
     for change, said in cases:
         frame = gsd.hoomd.Frame()

@@ -214,7 +214,7 @@ def test_what_a_study_will_cost(here):
     assert "6 runs in 26 jobs" in as_text(list(rows.values()), 2)
 
 
-@pytest.mark.parametrize("file", ["run.nc", "run.checkpoint"])
+@pytest.mark.parametrize("file", ["run.nc", "run.checkpoint", "run.nc.lock"])
 def test_garbage_among_results(here, file):
     """The run is not done; no traceback, no harm."""
     RESULT.parent.mkdir(parents=True)

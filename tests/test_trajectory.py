@@ -169,6 +169,8 @@ def test_mdanalysis_finds_the_same_bonds_and_displacements(tmp_path):
     found = MDAnalysis.Universe(tmp_path / "run.gsd")
     assert len(found.trajectory) == 100 and len(found.atoms) == scene.beads
     np.testing.assert_array_equal(found.bonds.indices, scene.bonded)
+    assert found.atoms.types.tolist() == [scene.species[kind] for kind in scene.kinds]
+    np.testing.assert_allclose(found.dimensions, [7, 8, 2, 90, 90, 90])
     assert len(found.residues) == len(scene.lengths)
     np.testing.assert_array_equal(found.residues[3].atoms.indices, range(15, 20))
     # Its reader asks no file for times: it takes dt and the first time from its user.

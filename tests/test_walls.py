@@ -124,7 +124,7 @@ def test_what_a_run_between_walls_holds(channel):
 
 
 def test_a_run_that_gets_behind_a_wall(tmp_path):
-    """It fails with bead, step and remedy."""
+    """It fails with bead, step and remedy, or its result records where it was lost."""
     hot = FLUID | {
         "walls": WALLS, "start": {"kT": 200}, "thermostat": {"gamma": 0},
         "integrator": {"scheme": "gw-vv", "dt": 0.005},
@@ -133,6 +133,9 @@ def test_a_run_that_gets_behind_a_wall(tmp_path):
     with pytest.raises(UserError, match=r"hot.yaml: bead \d+ got .* behind a wall at step") as said:
         simulate(scene, tmp_path / "run.nc", make_start(scene))
     assert "raise walls.repulsion" in str(said.value)
+    scene = Scene(hot | {"unstable": "record"})
+    simulate(scene, tmp_path / "run.nc", make_start(scene))
+    assert 0 < files.attributes(tmp_path / "run.nc")["lost_step"] < 100
 
 
 def test_temperature_is_measured_about_the_flow():

@@ -79,6 +79,8 @@ def derive(sweep: Any, sources: Mapping[str, xr.Dataset]) -> Any:
             place = {n: v for n, v in zip(names, point.labels) if n in source.dims}
             try:
                 value = _measured(source.sel(place), rule.quantity)
+            except KeyError as missing:
+                raise UserError(f"sweep {rule.from_}: has no {missing}; make it again") from None
             except UserError as problem:
                 raise UserError(f"sweep {rule.from_}: {problem}") from None
             data = changed(data, {key: float(f"{value:.{DIGITS}g}")}, where)

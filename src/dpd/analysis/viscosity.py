@@ -81,10 +81,12 @@ def viscosity_of_two_flows(
 
     ``run``: with ``velocity_profile`` and ``bead_profile`` over ``block``, ``axis`` and ``layer``.
     ``strength``: g, the force on a bead in the lower half, in kT / r_c. ``edge``: of the box across
-    the flows, in r_c. ``axis``: of the flows. The number of layers is even.
+    the flows, in r_c. ``axis``: of the flows. Raises `ValueError` if the number of layers is odd.
     """
     velocity = run.velocity_profile.values[:, axis]
     layers = velocity.shape[1]
+    if layers % 2:
+        raise ValueError(f"{layers} layers cannot be halved; choose 'bin' for an even number")
     half = 0.5 * edge
     flow = 0.5 * (velocity[:, : layers // 2] - velocity[:, layers // 2 :])
     z = run.layer.values[: layers // 2]

@@ -222,8 +222,7 @@ def sweep(
     threads = Options(threads).threads
     first = planned.points[0].scene
     if processes is None:
-        ranks = first.data.get("engine", {"ranks": 1})["ranks"]
-        processes = max(1, len(os.sched_getaffinity(0)) // max(threads, ranks))
+        processes = max(1, len(os.sched_getaffinity(0)) // max(threads, first.ranks))
     workers = whole("processes", processes)
     with _place_for(output, "", first, "dpd.sweep(..., output='runs')") as folder:
         paths = [Path(run_file(folder, point.name)) for point in planned.points]

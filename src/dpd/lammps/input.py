@@ -15,7 +15,7 @@ from dpd.digests import text_digest
 from dpd.engine.space import nearest
 from dpd.engine.state import State
 from dpd.page.laws import energies
-from dpd.particles.lammps import as_data
+from dpd.particles.lammps import as_data, style_of
 from dpd.particles.particles import of_state
 from dpd.physics.repulsion import Soft
 from dpd.scene.scene import Scene
@@ -37,7 +37,6 @@ class Input(NamedTuple):
 def input_of(scene: Scene, state: State, name: str = "beads", skin: float = SKIN) -> Input:
     """What sets LAMMPS up for a scene at a state; its files are ``name``.data and .table."""
     particles, members = of_state(scene, state), scene.joined
-    style = "angle" if len(particles.angles) else "bond" if len(particles.bonds) else "atomic"
     laws = {kind: members[size][1] for kind, size in (("bond", 2), ("angle", 3))}
     types = {kind: law.astype(int) + 1 for kind, law in laws.items() if law is not None}
     lines = [line for term in scene.terms.values() for line in term.lammps(scene)]
@@ -45,9 +44,9 @@ def input_of(scene: Scene, state: State, name: str = "beads", skin: float = SKIN
     lines = sorted([*lines, *more], key=_place)  # which leaves others of one place as they were
     seed = 1 + int(text_digest(f"{scene.data['seed']} {state.step}"), 16) % SEEDS
     head = [
-        "units lj", f"atom_style {style}", f"dimension {scene.dimension}", "newton on",
-        "special_bonds lj 1.0 1.0 1.0", f"variable seed equal {seed}", f"read_data {name}.data",
-        f"comm_modify vel yes cutoff {_ghosts(scene, particles, skin):g}",
+        "units lj", f"atom_style {style_of(particles)}", f"dimension {scene.dimension}",
+        "newton on", "special_bonds lj 1.0 1.0 1.0", f"variable seed equal {seed}",
+        f"read_data {name}.data", f"comm_modify vel yes cutoff {_ghosts(scene, particles, skin):g}",
         f"neighbor {skin} bin", "neigh_modify delay 0 every 1 check yes",
     ]  # fmt: skip
     flat = ["fix flat all enforce2d"] if scene.dimension == 2 else []

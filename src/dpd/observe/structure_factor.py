@@ -8,6 +8,7 @@ from dpd.observe.common.bins import species_pairs
 from dpd.page import Change, Observable, Refusals, once, setting
 
 MOST_WAVES = 5 * 10**5  # wave vectors times pairs of species, each with numbers for 50 blocks
+MOST_SUMS = 10**11  # terms of a sample: minutes for each
 PER_STEP = 50  # wave vectors that are summed over all beads in the time of a step
 
 
@@ -92,9 +93,10 @@ class StructureFactor(Observable, key="structure_factor"):
             yield "max", f"{text}; allowed: >= {least:.4g}"
         # Their number, before they are all written down.
         around = math.prod(2 * count + 1 for count in _farthest(scene.box, most)) // 2
-        allowed = MOST_WAVES // len(scene.pairs)
+        pairs = len(scene.species) * (len(scene.species) + 1) // 2
+        allowed = min(MOST_WAVES // pairs, MOST_SUMS // scene.beads)
         if around > allowed:
-            text = f"{most:g} makes up to {around:.3g} wave vectors"
+            text = f"{most:g} makes up to {around:.3g} wave vectors for {scene.beads} beads"
             yield "max", f"{text}; allowed: <= {allowed} vectors. Take a smaller max"
 
     def measure(self, now: Any) -> Any:

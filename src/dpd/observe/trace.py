@@ -2,7 +2,9 @@ from typing import Any
 
 import numpy as np
 
-from dpd.page import Change, Observable
+from dpd.page import Change, Observable, Refusals
+
+MOST_NUMBERS = 10**8  # of all configurations: 0.8 gigabytes
 
 
 class Trace(Observable, key="trace"):
@@ -24,6 +26,12 @@ class Trace(Observable, key="trace"):
 
     def keeps(self, scene: Any) -> Any:
         return {"image": np.zeros(scene.dimension, np.int32)}
+
+    def refuses(self, scene: Any) -> Refusals:
+        each, steps = len(scene.molecules[0].beads) * scene.dimension, scene.steps.sample
+        if (numbers := steps // self.every * each) > MOST_NUMBERS:
+            text = f"{self.every} keeps {numbers:.3g} coordinates of the first molecule; allowed"
+            yield "every", f"{text}: <= {MOST_NUMBERS}, every >= {-(-steps * each // MOST_NUMBERS)}"
 
     def measure(self, now: Any) -> Any:
         from dpd.engine.space import unfolded

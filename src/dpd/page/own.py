@@ -87,6 +87,8 @@ def _wrong(key, page):
         )
     if "lag" in kinds and not page.compared:
         return f"{key!r} gives averages over 'lag': say in 'compared' which dimensions it compares"
+    if gives and page.of_sums and kinds != {"sample"}:
+        return f"{key!r} measures sums ('of_sums'): the first dimension of all it gives is 'sample'"
     return ""
 
 

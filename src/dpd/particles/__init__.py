@@ -42,7 +42,8 @@ def write(particles: Particles, path: str | Path) -> tuple[str, ...]:
         from dpd.particles.gsd_files import write_gsd
 
         files.replace_whole(path, lambda draft: write_gsd(particles, draft))
-        return ()
+        without = "there are no velocities: programs that read GSD take them to be 0"
+        return () if particles.velocity is not None else (without,)
     if kind == ".nc":
         from dpd.particles.netcdf import attributes_of, variables_of
 

@@ -250,6 +250,11 @@ def _left_out(data: Data, columns: Sequence[str], rows: np.ndarray) -> Iterator[
             yield f"section {name} is left out: it says nothing that is known here"
 
 
+def style_of(particles: Particles) -> str:
+    """The atom style that a configuration needs."""
+    return "angle" if len(particles.angles) else "bond" if len(particles.bonds) else "atomic"
+
+
 def as_data(particles: Particles, types: Mapping[str, np.ndarray] = {}) -> str:
     """A configuration as the text of a data file, of atom style ``angle``, ``bond`` or ``atomic``.
 
@@ -257,7 +262,7 @@ def as_data(particles: Particles, types: Mapping[str, np.ndarray] = {}) -> str:
     ``types`` are those of each ``bond`` and ``angle``, from 1 on, if not all are 1.
     """
     bonds, angles, box = particles.bonds, particles.angles, particles.box
-    style = "angle" if len(angles) else "bond" if len(bonds) else "atomic"
+    style = style_of(particles)
     factors, masses = tilt_factors(box), particles.masses_by_name()
     position, image = (_three(each) for each in particles.in_tilted_box())
     kinds = [particles.species.astype(int) + 1]

@@ -13,6 +13,8 @@ from dpd.scene.scene import Scene
 
 ROUNDING = 1e-5  # of an edge: beads outside, tilts beyond half; single precision, text
 FLAT = 1e-4  # r_c by which heights of beads of two dimensions may differ
+MOST_IMAGES = 2**30  # boxes that a bead may be away
+LARGEST_STEP = 10**18
 # Tilt factors say how far the second or third vector of a box goes along the first or second axis,
 # over its edge. Here positions stay in the upright box, whose images have slid.
 FACTORS = (0, 1), (0, 2), (1, 2)  # axes of xy, xz and yz
@@ -105,38 +107,54 @@ class Particles(NamedTuple):
                 which = f"{self.called(np.argmax(bad))} " if np.ndim(bad) else ""
                 raise UserError(f"{path}: {which}{problem}; {remedy}")
 
-        box, beads = np.array(self.box, dtype=float), self.beads
+        box, names, beads = np.array(self.box, dtype=float), self.names, self.beads
         edges = " x ".join(f"{edge:g}" for edge in box)
         refuse_if(len(box) not in (2, 3), f"has {len(box)} dimensions", "allowed: 2 or 3")
         sound = (np.isfinite(box) & (box > 0)).all()
         refuse_if(not sound, f"the box of {edges} has an edge that is not a positive number")
         refuse_if(not beads, "holds no beads", "at least one is needed")
-        for name in ("position", "velocity", "image"):
-            if (array := getattr(self, name)) is not None:
+        good = 0 <= self.step < LARGEST_STEP
+        refuse_if(not good, f"is of a step that is not from 0 to {LARGEST_STEP:g}")
+        arrays = {name: getattr(self, name) for name in ("position", "velocity", "image")}
+        for name, array in arrays.items():
+            if array is not None:
+                wrong = array.shape != (len(box), beads)
+                refuse_if(wrong, f"{name} is not {len(box)} numbers for each of {beads} beads")
                 bad = ~np.isfinite(array).all(axis=0)
                 refuse_if(bad, f"has a {name} that is not a finite number", "write it again")
-        given, length = self.position.astype(float), box[:, None]
-        far: Any = (given < -ROUNDING * length) | (given > (1 + ROUNDING) * length)
-        if slide := slide_of(self.box):  # files may have them in the tilted box
-            far[slide.flow] = False
-        far, (position, _) = far.any(axis=0), wrapped(given, self.box)
-        image = self.image + np.rint(along_axes(given - position, self.box) / length)
+        position, image, far = self._inside(box[:, None])
+        away = ~(np.abs(image) < MOST_IMAGES).all(axis=0)
+        remedy = "mend its position or its image flags"
+        refuse_if(away, f"is {MOST_IMAGES} boxes away or more", remedy)
         refuse_if(
             far & (not periodic),
             f"is outside of the box of {edges} ({far.sum()} of {beads} are)",
             "wrap positions into the box, with image flags if they are to be kept, or mend the box",
         )
+        twice = len(set(names)) < len(names)
+        refuse_if(twice, f"kinds of beads have the same name ({', '.join(names)})", "rename one")
         refuse_if(
-            (self.species < 0) | (self.species >= len(self.names)),
-            f"is of a kind that is not one of the {len(self.names)} that are named",
+            (self.species < 0) | (self.species >= len(names)),
+            f"is of a kind that is not one of the {len(names)} that are named",
         )
+        for name, mass in self.masses_by_name().items():
+            light = not (np.isfinite(mass) and mass > 0)
+            refuse_if(light, f"beads of {name} have the mass {mass:g}", "allowed: numbers above 0")
         bonds, angles = self.bonds.reshape(-1, 2), self.angles.reshape(-1, 3)
         for name, members in {"bond": bonds, "angle": angles}.items():
             outside = (members < 0) | (members >= beads)
             refuse_if(outside.any(), f"{name}s have beads that are not from 0 to {beads - 1}")
+            ordered = np.sort(members, axis=1)
+            for bad in members[(ordered[:, 1:] == ordered[:, :-1]).any(axis=1)]:
+                same = ", ".join(map(self.called, bad))
+                refuse_if(True, f"a bead is twice in the {name} of {same}", "remove it")
+        found, times = np.unique(np.sort(bonds, axis=1), axis=0, return_counts=True)
+        for pair in found[times > 1]:
+            ends = " and ".join(map(self.called, pair))
+            refuse_if(True, f"{ends} are bonded more than once", "keep one of these bonds")
         wrapped_in = f"{far.sum()} beads outside of the box are put in, and their images counted"
         return self._replace(
-            box=self.box if slide else tuple(map(float, box)),
+            box=self.box if slide_of(self.box) else tuple(map(float, box)),
             position=position,
             image=image.astype(np.int32),
             velocity=None if self.velocity is None else self.velocity.astype(float),
@@ -145,6 +163,16 @@ class Particles(NamedTuple):
             angles=angles.astype(np.uint32),
             left_out=(*self.left_out, *[wrapped_in] * bool(far.any())),
         )
+
+    def _inside(self, edges):
+        """Positions in the box, their images, and which beads are outside beyond rounding."""
+        box, position = self.box, self.position.astype(float)
+        far = (position < -ROUNDING * edges) | (position > (1 + ROUNDING) * edges)
+        if slide := slide_of(box):  # files may have them in the tilted box
+            far[slide.flow] = False
+        inside, _ = wrapped(position, box)
+        image = self.image + np.rint(along_axes(position - inside, box) / edges)
+        return inside, image, far.any(axis=0)
 
 
 def whole_images(

@@ -38,17 +38,13 @@ def minutes(scenes: Sequence[Scene], attempt: int, longest: int) -> int:
 
 def expected(scene: Scene) -> float:
     """Seconds that a run takes, on slow processors."""
-    return scene.work / (OF_RANK * ranks(scene) if "engine" in scene.data else RATE)
-
-
-def ranks(scene: Scene) -> int:
-    return scene.data.get("engine", {"ranks": 1})["ranks"]
+    return scene.work / (OF_RANK * scene.ranks if "engine" in scene.data else RATE)
 
 
 def megabytes(scenes: Sequence[Scene], attempt: int) -> int:
     """MB of memory to ask for, `GENEROUS` times those of the beads, in the nth try."""
     beads = max(scene.beads for scene in scenes)
-    others = OF_EACH * max(map(ranks, scenes))
+    others = OF_EACH * max(scene.ranks for scene in scenes)
     return attempt * (PROCESSES + others + math.ceil(GENEROUS * BYTES_PER_BEAD * beads / 1e6))
 
 

@@ -177,6 +177,8 @@ def file_of_paper(key: str, paper: str) -> Path:
     check_repository()
     check_name(key, paper)
     folders = [CONFIG / "papers", *([PAPERS_DIR] if PAPERS_DIR else [])]
+    if not folders[-1].is_dir():
+        raise UserError(f"papers_dir: {folders[-1]}: there is no such folder; name that of papers")
     there = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
     found, names = [path for path in there if path.stem == paper], [path.stem for path in there]
     if len(found) > 1:
@@ -215,9 +217,12 @@ class Sampling(Section):
     where: str = setting("Section, figure or table that says so, or that leaves it unsaid.")
 
     def conflicts(self) -> Refusals:
-        """Steps and a duration."""
+        """Steps and a duration, and what belongs to steps without them."""
         if self.steps is not None and self.duration is not None:
             yield "duration", "there are 'steps' as well; keep one"
+        for key in ("runs", "dt"):
+            if getattr(self, key) is not None and self.steps is None:
+                yield key, "the key 'steps' is missing, which it belongs to"
 
 
 class Figure(Section):

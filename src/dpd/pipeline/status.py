@@ -102,7 +102,11 @@ def look_at(
     if scene is not None:
         run.steps, run.beads = sum(scene.steps), scene.beads
     checkpoint = checkpoint_path(path)
-    worker = worker_on(path)
+    try:
+        worker = worker_on(path)
+    except UserError as problem:
+        run.state, run.why = FAILS, str(problem)
+        return run
     if worker is not None and worker.alive:
         run.state, run.why = AT_WORK, f"process {worker.process} on {worker.host}"
         run.step, steps, run.rate = (worker.report.get(key) for key in ("step", "steps", "rate"))

@@ -19,6 +19,7 @@ from dpd.scene.scene import Scene
 from dpd.scene.yaml import changed, merge, read_section
 
 MOST_POINTS = 5000  # of a sweep; Snakemake is slow from some thousand jobs on
+LONGEST_NAME = 200  # letters of a point; a file system has names of up to 255
 # What a collected sweep keeps beside the observables (see dpd.analysis.collect).
 TAKEN = {
     "axis", "beads", "block", "kind", "kT", "number_density", "replica", "sample", "scene",
@@ -63,7 +64,7 @@ class SweptAxis(Section):
         "theory, that it changes."
     )
     labels: list[Value] | None = setting(
-        "Those of them that are taken; all if not given.", None, min_length=1
+        "The labels of such a map that are taken; all if not given.", None, min_length=1
     )
     offset: float = setting(
         "Added to each value before it is set, so a label can be an excess.", 0.0
@@ -87,8 +88,12 @@ class SweptAxis(Section):
 
     def conflicts(self) -> Refusals:
         """Labels that are none, that cannot name a folder, or cannot be told apart."""
-        if isinstance(self.values, list) and self.set is None:
-            yield "", "a list of values needs 'set', the key to put them in"
+        if isinstance(self.values, list):
+            if self.labels is not None:
+                yield "labels", "its values are a list; name those alone in it"
+                return
+            if self.set is None:
+                yield "", "a list of values needs 'set', the key to put them in"
         for label in self.labels or ():
             if label not in self.values:
                 yield "labels", f"no label {label!r}; {suggestion(label, self.values)}"
@@ -271,6 +276,12 @@ def _places(axes: list[Axis], key: str, only: Collection[str]) -> Iterator[tuple
         ",".join(f"{axis.name}={text_of(v)}" for axis, v in zip(axes, labels)): labels
         for labels in product(*(axis.labels for axis in axes))
     }
+    longest = max(found, key=len)
+    if len(longest) > LONGEST_NAME:
+        raise UserError(
+            f"{key}.axes: a point would be named {shown(longest, str)}, with {len(longest)} "
+            f"letters; allowed: <= {LONGEST_NAME}; give axes and labels shorter names"
+        )
     for at in only if only and found.keys() >= set(only) else found:
         yield at, found[at], f"{key} ({at})" if at else key
 

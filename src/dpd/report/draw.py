@@ -157,7 +157,7 @@ def _draw_particles(figure, particles, species, colour, view, slab, radius, widt
     axes.set(
         xlim=(0, edges[right]), ylim=(0, edges[up]), xlabel=f"${AXES[right]}$ / $r_c$",
         ylabel=f"${AXES[up]}$ / $r_c$",
-        title="" if slab is None or not axis else f"{low:g} < ${axis}$ / $r_c$ < {high:g}",
+        title="" if slab is None else f"{low:g} < ${axis}$ / $r_c$ < {high:g}",
     )  # fmt: skip
     if visible.any():
         beads = _beads(particles, [right, up], visible, depth, colours, radius)
@@ -168,6 +168,8 @@ def _draw_particles(figure, particles, species, colour, view, slab, radius, widt
 def _seen(particles, view, slab, path):
     """The axis along which beads are seen, none in two dimensions, and from where to where."""
     if particles.dimension == 2:
+        if view is not None or slab is not None:
+            raise UserError(f"{path}: two dimensions are drawn whole; leave view and slab out")
         return "", 0.0, 0.0
     edges = dict(zip(AXES, particles.box))
     axis, low, high = slab or (view or min("yxz", key=edges.__getitem__), 0, math.inf)

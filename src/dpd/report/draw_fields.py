@@ -15,6 +15,7 @@ from dpd.particles.particles import frame_number
 from dpd.report.style import DOUBLE, OF_SPECIES, SINGLE
 
 AXES = "xyz"
+MOST_FRAMES = 8  # in one picture
 IN_A_ROW = 4  # panels of surfaces
 LEAST = 0.5  # width of a Gaussian in cells, at which the grid does not show
 PIXEL, MOST_PIXELS = 0.05, 600  # r_c of a slice, and along an axis
@@ -30,6 +31,8 @@ def draw_fields(
     path: object,
 ) -> None:  # fmt: skip
     """Draw slices of density fields, or surfaces in them; see `draw`; ``width`` in inches."""
+    if not 0 < len(frames) <= MOST_FRAMES:
+        raise UserError(f"frame: {len(frames)} of them in one picture; allowed: 1 to {MOST_FRAMES}")
     numbers = [frame_number(frame, len(fields.time), path) for frame in frames]
     allowed = "a species and a density, as in A=0.4"
     levels = dict(_split("surface", word, allowed) for word in surface)
@@ -225,4 +228,9 @@ def draw_legend(figure: Figure, colours: Mapping[str, Any]) -> None:
     if not colours:
         return
     dots = [Line2D([], [], ls="none", marker="o", ms=5, color=c) for c in colours.values()]
-    figure.legend(dots, list(colours), loc="outside upper center", ncols=PER_ROW, handletextpad=0.1)
+    legend = figure.legend(
+        dots, [" "] * len(dots), loc="outside upper center", ncols=PER_ROW, handletextpad=0.1,
+    )  # fmt: skip
+    for text, name in zip(legend.get_texts(), colours):
+        text.set_parse_math(False)  # names come from files, and may begin with an underscore
+        text.set_text(name)

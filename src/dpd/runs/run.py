@@ -254,8 +254,8 @@ def simulate(
     begun = time.perf_counter() if begun is None else begun
     systems = [(stage.step, system_of(stage.scene)) for stage in scene.stages]
     if "engine" in scene.data:  # by name: where it is edited, runs that do not need it stay
-        lammps, ranks = import_module("dpd.lammps.engine"), scene.data["engine"]["ranks"]
-        simulation = lammps.Lammps(scene, systems[0][1], state, ranks, options.threads)
+        lammps = import_module("dpd.lammps.engine").Lammps
+        simulation = lammps(scene, systems[0][1], state, scene.ranks, options.threads)
     else:
         simulation = Simulation(systems[0][1], state, options.threads)
     observers = observables(scene, systems[0][1], path, state)

@@ -198,6 +198,11 @@ class Scene(Settings):
         return float(self.terms["integrator"].named.dt)
 
     @property
+    def ranks(self) -> int:
+        """Processes that another engine shares the beads among; 1 of our own."""
+        return self.data.get("engine", {"ranks": 1})["ranks"]
+
+    @property
     def is_auto(self) -> bool:
         """Whether scheme and step are left to us, and yet to be tried."""
         return self.terms["integrator"].is_auto

@@ -17,7 +17,7 @@ class Growth(Section):
     )
     initiators: float = setting(
         "Number of chains that begin to grow, divided by the number wanted; the first to finish "
-        "are kept. At most spare more than one.", 1.05, ge=1, le=2,
+        "are kept.", 1.05, ge=1, le=2,
     )  # fmt: skip
     spare: float = setting(
         "Monomers beyond those that the chains need, as a share of those; they are removed at the "

@@ -40,6 +40,7 @@ class Snapshot:
         self.sample = 0  # how many the page that looks has taken before
         self.kept: dict[str, np.ndarray] = {}  # what it keeps, and may write to
         self.file: Any = None  # its own
+        self._near = -1.0
 
     @property
     def time(self) -> float:
@@ -140,7 +141,7 @@ class Snapshot:
         return fixed(np.sqrt((self.bond_vectors.T**2).sum(axis=0)))
 
     def pairs(self, within: float) -> Pairs:
-        """All pairs of beads within a distance in r_c, at nearest images.
+        """All pairs of beads within a distance in r_c, at nearest images, found once a sample.
 
         A `UserError` refuses more than half the box, and shear, where images slide.
         """
@@ -151,11 +152,17 @@ class Snapshot:
         if not 0 < within <= half:
             text = f"allowed: > 0, and half the box, {half:g}"
             raise UserError(f"pairs within {within:g} r_c: {text}")
+        if within > self._near:
+            self._near, self._pairs = within, self._find(within, edges)
+        near = self._pairs.distance <= within
+        return Pairs(*(each[near] for each in self._pairs))
+
+    def _find(self, within, edges):
         from scipy.spatial import cKDTree
 
-        place = self.positions % self.box
-        i, j = cKDTree(place, boxsize=edges).query_pairs(within, output_type="ndarray").T
-        apart = place[i] - place[j]
+        positions = self.positions % self.box
+        i, j = cKDTree(positions, boxsize=edges).query_pairs(within, output_type="ndarray").T
+        apart = positions[i] - positions[j]
         apart -= edges * np.round(apart / self.box)
         return Pairs(i, j, np.linalg.norm(apart, axis=1))
 

@@ -171,8 +171,7 @@ class Growth:
 
     def __init__(self, scene: Scene, settings: Any, rng: np.random.Generator) -> None:
         self.scene, self.settings = scene, settings
-        spare = settings.spare
-        initiators = min(settings.initiators, 1 + spare)  # of which there is a monomer for each
+        spare, initiators = settings.spare, settings.initiators
         kinds, number = scene.molecules, {name: k for k, name in enumerate(scene.species)}
         grown = [k.count if len(k.beads) == 1 else round(k.count * initiators) for k in kinds]
         rows = [[number[name] for name in k.beads] for k in kinds]
@@ -192,6 +191,12 @@ class Growth:
         self.length = np.ones(len(self.kind), np.int64)
         for c, first in enumerate(self.wanted[:, 0]):
             free = np.flatnonzero((self.chain == FREE) & (self.species == first))
+            if not len(free):
+                raise UserError(
+                    f"{scene.where}: start.polymerize: no monomer of species "
+                    f"{scene.species[first]!r} is left for an initiator; raise spare (now "
+                    f"{spare:g}) or lower initiators (now {initiators:g})"
+                )
             self.beads[c, 0] = rng.choice(free)
             self.chain[self.beads[c, 0]] = c
         # The number of the law of bonds for each pair of species; those without are never bonded.

@@ -107,6 +107,14 @@ def _placed(scene):
     page, description, species = scene.start, start_description(scene), species_of(scene)
     rng = np.random.default_rng(description["seed"])
     position = _asked(scene, page.positions, rng)
+    for axis in scene.ended:
+        behind = (position[axis] < 0) | (position[axis] > scene.box[axis])
+        if behind.any():
+            bead = int(np.argmax(behind))
+            raise UserError(
+                f"{scene.where}: start: {page.key!r}: bead {bead} is at {position[axis, bead]:.6g} "
+                f"along {'xyz'[axis]}, behind a wall; allowed: 0 to {scene.box[axis]:g}"
+            )
     position, _ = wrapped(position + np.array(scene.origin)[:, None], scene.period)
     velocity = _asked(scene, page.velocities, rng)
     if velocity is None:
