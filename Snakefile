@@ -5,6 +5,7 @@
     snakemake --cores 2 benchmark                what the engine costs, and what that buys
 """
 
+import atexit
 import os
 import re
 import shlex
@@ -28,7 +29,7 @@ from dpd.folders import ROOT
 from dpd.digests import value_digest
 from dpd.errors import UserError
 from dpd.pipeline import jobs
-from dpd.pipeline.paths import archived_verdicts, page_suffix, results_of, say_at_exit
+from dpd.pipeline.paths import LONG_STUDY, errors_in, results_of
 from dpd.pipeline.paper import read_config, read_paper
 from dpd.digests import calculations_file, kernels_name, run_sources, stage_digest, start_sources
 from dpd.start import start_digest
@@ -57,7 +58,9 @@ try:
     CONFIG = read_config(dict(config))
     STUDY = CONFIG["study"]
     LONGEST = CONFIG["longest_job"]
-    PAGE = page_suffix(CONFIG["papers"], read_config()["papers"])
+    # What names of report and verdicts end in: nothing for all papers, or -liu_2008+mine.
+    chosen, every = (sorted(set(each["papers"])) for each in (CONFIG, read_config()))
+    PAGE = "" if chosen == every else f"-{'+'.join(chosen)}"
     REPORTED = {name: read_paper(name, STUDY) for name in CONFIG["papers"]}
     # Not part of the report unless it is asked for; `snakemake benchmark` makes it all the same.
     PAPERS = REPORTED | {"benchmark": read_paper("benchmark", STUDY)}
@@ -103,7 +106,10 @@ onsuccess:
 
 
 onerror:
-    say_at_exit(OUT.logs, BEGUN)
+    # The first sentences of jobs that failed, last: below all that Snakemake has to say of them.
+    lines = [f"{line} ({path})" for line, path in errors_in(OUT.logs, BEGUN).items()][:20]
+    if lines:
+        atexit.register(lambda: print("", *lines, sep="\n", file=sys.stderr))
 
 
 # On a cluster these run where Snakemake does: each takes seconds, and a place in the queue more.

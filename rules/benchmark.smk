@@ -35,7 +35,7 @@ rule witness:
 
 rule benchmark:
     input:
-        OUT.sources_of_page([PAPERS["benchmark"]]),
+        sources_of_page([PAPERS["benchmark"]]),
     output:
         page=update(OUT.benchmark()),  # see rules/report.smk
         stamp=touch(OUT.log("benchmark", kind="made")),

@@ -149,9 +149,24 @@ def option(name):
     return words
 
 
+# The verdict table of the long study that git keeps, which no -d takes elsewhere; none at first.
+ARCHIVED = ROOT / "results" / "archive" / LONG_STUDY / "verdicts.csv"
+ARCHIVED = [str(ARCHIVED)] if ARCHIVED.is_file() else []
+
+
+def sources_of_page(papers):
+    """What a page shows of some papers."""
+    kinds, found = ("csv", "png", "html", "nc"), []
+    for paper in papers:
+        found += [OUT.figure(paper.name, f, kind) for f in paper.figures for kind in kinds]
+        found += [OUT.sweep(paper.name, sweep) for sweep in (*paper.sweeps, *paper.theory)]
+        found += [OUT.measurement(paper.name, name) for name in paper.measurements]
+    return found
+
+
 def report_of(papers, page):
     """The command that writes a page on some papers, from what is there."""
-    archived = [f"--archived={path}" for path in archived_verdicts()]
+    archived = [f"--archived={path}" for path in ARCHIVED]
     words = [*DPD, "report", STUDY, *papers, "--results", OUT.folder, *archived]
     return shlex.join([*words, "-o", page])
 

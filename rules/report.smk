@@ -18,8 +18,8 @@ rule join_verdicts:
 
 rule write_report:
     input:
-        OUT.sources_of_page(REPORTED.values()),
-        archived=archived_verdicts(),
+        sources_of_page(REPORTED.values()),
+        archived=ARCHIVED,
     output:
         page=update(REPORT),
         stamp=touch(STAMPS[1]),
@@ -38,8 +38,8 @@ if not PAGE:
 
     rule write_page:
         input:
-            lambda wildcards: OUT.sources_of_page([REPORTED[wildcards.paper]]),
-            archived=archived_verdicts(),
+            lambda wildcards: sources_of_page([REPORTED[wildcards.paper]]),
+            archived=ARCHIVED,
         output:
             page=update(OUT.report("-{paper}")),
             stamp=touch(OUT.log("report-{paper}", kind="made")),

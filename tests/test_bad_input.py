@@ -14,6 +14,7 @@ from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml
 from tests.conftest import SCENE
+from tests.test_extend import PAGES
 
 FLUID = {key: SCENE[key] for key in SCENE if key != "observe"} | {"steps": {"sample": 10}}
 pytestmark = pytest.mark.usefixtures("own_cache")
@@ -76,7 +77,7 @@ SCENES = [
     ({"observe": ["rdf"], "molecules": [{"architecture": "A", "count": 1}], "box": 6},
      ["observe: 'rdf'", "a single bead"]),
     ({"molecules": [{"architecture": "A 12", "density": 3}], "bond": {"stiffness": 50},
-      "observe": [{"trace": {"every": 20}}], "steps": {"sample": 10**8}},
+      "observe": [{"trace": {"every": 20}}], "steps": {"sample": 10**8}, "pages": [PAGES["trace"]]},
      ["observe.trace.every", "1.8e+08 coordinates", "every >= 36"]),
     ({"observe": ["thermo", {"thermo": {"every": 2}}]}, ["observe", "'thermo'", "more than once"]),
     ({"observe": [{"thermo": {"every": 1}}], "steps": {"sample": 10**9}},
@@ -141,7 +142,7 @@ PAGES = [
     (SHEAR | {"walls": {"axis": "y", "repulsion": 25}}, ["remove one of them"]),
     ({"pressure": {"target": 9, "time": 0.4, "every": 11}},
      ["pressure.every: 11 steps are longer than the relaxation time; allowed: <= 10"]),
-    ({"pressure": {"target": 24}, "observe": ["trace"]},
+    ({"pressure": {"target": 24}, "observe": ["trace"], "pages": [PAGES["trace"]]},
      ["observe: 'trace' cannot follow a molecule in a box that"]),
     ({"repulsion": {"A A": -40}},
      ["repulsion.A A: -40 draws beads onto each other; allowed: >= 0, or any number with"]),
@@ -199,8 +200,7 @@ CHAINS = FLUID | {
     "keep_state": True,
     "observe": [
         {key: {"every": 5}} for key in (
-            "bond_lengths", "diffusion", "end_points", "pair_energies", "passes", "trace",
-            "trajectory",
+            "bond_lengths", "diffusion", "end_points", "trajectory",
         )
     ],
 }  # fmt: skip
@@ -249,16 +249,12 @@ def key_of(place):
     return ".".join(map(str, place))
 
 
-def every_key():
-    """Each key that scenes have, in the first of those that have it."""
-    found = {}
-    for data in map(whole, (FLUID, CHAINS, MORSE, GROWN, *EXAMPLES.values(), RANKED)):
-        for place in places(data):
-            found.setdefault(tuple(part for part in place if isinstance(part, str)), (data, place))
-    return list(found.values())
-
-
-KEYS = every_key()
+# Each key that scenes have, in the last of those that have it.
+KEYS = list({
+    tuple(part for part in place if isinstance(part, str)): (data, place)
+    for data in map(whole, (RANKED, *EXAMPLES.values(), GROWN, MORSE, CHAINS, FLUID))
+    for place in places(data)
+}.values())  # fmt: skip
 
 
 def test_all_pages_are_tried():

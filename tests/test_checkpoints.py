@@ -18,7 +18,7 @@ from dpd.engine.loop import Checkpoint, run
 from dpd.jit import kernel
 from tests.conftest import begin
 from tests.systems import Killed, assert_same_state, begun, kill_at
-from tests.test_extend import CHAINS, assert_same
+from tests.test_extend import CHAINS, PAGES, assert_same
 
 SCENE = CHAINS | {
     "steps": {"equilibrate": 20, "sample": 700},
@@ -142,7 +142,7 @@ def test_a_checkpoint_that_cannot_be_written_does_not_end_a_run(kept, monkeypatc
 def test_a_result_that_cannot_be_written_is_not_lost(folder, dpd):
     """The disk is full at the end: a sentence, and the last state is kept; then it goes on."""
     scene = yaml.safe_load((folder / "scene.yaml").read_text())
-    scene["observe"] += [{"trace": {"every": 1}}]
+    scene |= {"pages": [PAGES["trace"]], "observe": [*scene["observe"], {"trace": {"every": 1}}]}
     (folder / "scene.yaml").write_text(yaml.safe_dump(scene))
     code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
     assert code == 0

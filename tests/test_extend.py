@@ -8,6 +8,7 @@ import pytest
 
 from dpd import files
 from dpd.errors import UserError
+from dpd.folders import ROOT
 from dpd.observe.common.accumulators import Series
 from dpd.page import Observable, names
 from dpd.runs.result import STATE, read_former
@@ -19,6 +20,12 @@ from dpd.start.common.make import make_start
 from tests.conftest import SCENE
 from tests.systems import Killed, frames_of, kill_at
 
+# Files of observables that belong to papers.
+PAGES = {
+    "trace": str(ROOT / "paper_figures" / "nikunen_2007" / "trace.py"),
+    "passes": str(ROOT / "paper_figures" / "nikunen_2007" / "bond_passes.py"),
+    "pair_energies": str(ROOT / "paper_figures" / "crgw_2019" / "pair_energies.py"),
+}
 CHAINS = {
     "dimension": 2,
     "box": 6,
@@ -27,6 +34,7 @@ CHAINS = {
     "bond": {"stiffness": 20, "length": 0.4},
     "integrator": {"scheme": "gw-vv", "dt": 0.004},
     "steps": {"equilibrate": 7, "sample": 700},
+    "pages": [*PAGES.values()],
     "observe": [
         "configuration", {"thermo": {"every": 4}}, {"rdf": {"range": 2, "every": 3}},
         {"profile": {"every": 11}}, {"bonds": {"every": 7}}, {"chains": {"every": 5}},
@@ -47,6 +55,7 @@ IN_SPACE = CHAINS | {
     "integrator": {"scheme": "dpd-vv", "dt": 0.02},
 }
 FLUID = SCENE | {
+    "pages": [*PAGES.values()],
     "steps": {"equilibrate": 20, "sample": 1300},
     "observe": [
         "thermo", {"rdf": {"range": 2}}, {"displacement": {"every": 1}},
@@ -97,7 +106,7 @@ CASES = {
 def test_all_observables_are_in_the_cases():
     """One that is new has to be put into one of them."""
     seen = {name for data, _, _ in CASES.values() for name in Scene(data).observe}
-    assert seen == set(names(Observable))
+    assert seen == {*names(Observable), *PAGES}
 
 
 def sampled(data, sample):

@@ -12,7 +12,7 @@ KEYS = {*names(Term), *names(Observable)}
 KNOWN = {
     "engine/beads.py": {"walls"},  # arguments of kernels
     "engine/forces.py": {"bonds", "many_body"},
-    "engine/crossings.py": {"crossings", "passes"},  # words of messages
+    "engine/crossings.py": {"crossings"},  # a word of messages
     "engine/stress.py": {"bonds"},
     "pipeline/sweep.py": {"pressure"},  # variables of results
     "pipeline/status.py": {"pressure"},

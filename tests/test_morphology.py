@@ -14,6 +14,7 @@ from dpd.observe.structure_factor import wave_numbers
 from dpd.scene.scene import Scene
 from paper_figures.cerius2_1998.phases import Strengths, phase_of, strengths_of
 from tests.systems import look
+from tests.test_extend import PAGES
 
 LOOKS = 40
 
@@ -261,10 +262,11 @@ def distances(scene, position):
 @pytest.mark.parametrize("name", SCENES)
 def test_mixing_and_energies_are_those_of_all_pairs(name):
     """By brute force, for three species: Warren-Cowley order, and a (1 - r)^2 / 2."""
-    scene = Scene(SCENES[name])
+    data = SCENES[name] | {"pages": [PAGES["pair_energies"]]}
+    scene = Scene(data)
     positions = [places(scene, seed) for seed in range(3)]
-    mixing = look(SCENES[name], {"mixing": {"every": 20}}, *positions)
-    energies = look(SCENES[name], {"pair_energies": {"every": 20}}, *positions)
+    mixing = look(data, {"mixing": {"every": 20}}, *positions)
+    energies = look(data, {"pair_energies": {"every": 20}}, *positions)
     assert list(mixing["unlike_pair"]) == ["A B", "A C", "B C"]
     assert list(energies["energy_pair"]) == ["A A", "A B", "A C", "B B", "B C", "C C"]
     np.testing.assert_allclose(mixing["mixing_time"], [0.8, 1.6, 2.4])

@@ -20,6 +20,7 @@ HOSTILE = "$(touch X)", "a b", "fluid\n", "-o", "../fluid", "", "x" * 5000 + "!"
 def config(tmp_path, monkeypatch):
     """A copy of config that tests may change, in a folder in which X would be made."""
     shutil.copytree(ROOT / "config", tmp_path / "config")
+    (tmp_path / "paper_figures").symlink_to(ROOT / "paper_figures")  # with pages of papers
     monkeypatch.setattr(module, "CONFIG", tmp_path / "config")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)

@@ -32,15 +32,6 @@ def noisy(exact):
     return exact + error * RNG.normal(size=exact.shape), error
 
 
-def pulls_of(fits):
-    """Deviations of each free number over its error, fit by fit."""
-    return np.array([
-        [(getattr(fit, name).value - true) / getattr(fit, name).error
-         for name, true in TRUE.items() if getattr(fit, name).error > 0]
-        for fit in fits
-    ])  # fmt: skip
-
-
 def assert_pulls(pulls):
     """Without bias and of size 1; a little narrower, as errors are widened where points scatter."""
     assert np.abs(pulls.mean(axis=0)).max() < 0.55
@@ -54,7 +45,11 @@ def test_a_law_comes_out(held):
     fits = [tension_law(CHI, LENGTH, *noisy(law(CHI, LENGTH)), **held) for _ in range(30)]
     for name, value in held.items():
         assert getattr(fits[0], name) == (value, 0.0)
-    pulls = pulls_of(fits)
+    pulls = np.array([
+        [(getattr(fit, name).value - true) / getattr(fit, name).error
+         for name, true in TRUE.items() if getattr(fit, name).error > 0]
+        for fit in fits
+    ])  # fmt: skip
     assert pulls.shape[1] == len(TRUE) - len(held)
     assert_pulls(pulls)
     assert fits[0].points == 20

@@ -81,13 +81,6 @@ def between(edges, axes, repulsion, velocity=None):
     )
 
 
-def beads_between(edges, axes, count, seed=9):
-    """Places between the planes, and velocities."""
-    position, velocity = random_beads(edges, count, seed)
-    position[list(axes)] += GAP
-    return position, velocity
-
-
 def walled(axes, edges=(2.9, 2.5, 4.1), **changes):
     """Rough walls, which move if they are two, and a force in two directions."""
     dimension = len(edges)
@@ -183,7 +176,9 @@ def system_of(box=BOX, count=50, mixed=False, tabled=None, between=None, kind=No
         values = {"bonds": (chains(8, 5), 60.0, 0.7)} | values
     system = make_system(box, **values)
     if between:
-        return system, *beads_between(*between, count), species
+        position, velocity = random_beads(between[0], count, 9)
+        position[list(between[1])] += GAP
+        return system, position, velocity, species
     return system, *bonded_beads(box, count, [] if system.members is None else system.members), \
         species  # fmt: skip
 

@@ -12,6 +12,7 @@ from dpd.engine.loop import run
 from dpd.engine.space import wrapped
 from dpd.scene.scene import Scene
 from tests.systems import assert_pairs, begun, by_identity, chains, values_of
+from tests.test_extend import PAGES
 
 MARGIN = 1e-7  # of a time and of a place along a bond, within which nothing is decided
 
@@ -124,6 +125,7 @@ PHANTOM = {
     "bond": {"stiffness": 50, "length": 0.5},
     "integrator": {"scheme": "gw-vv", "dt": 0.02},
     "steps": {"equilibrate": 30, "sample": 400},
+    "pages": [PAGES["passes"]],
     "observe": [{"passes": {"every": 4}}],
 }
 

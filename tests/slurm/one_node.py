@@ -15,13 +15,14 @@ import re
 import secrets
 import shlex
 import shutil
-import signal
 import socket
 import subprocess
 import sys
 import time
 from contextlib import suppress
 from pathlib import Path
+
+import psutil
 
 DAEMONS = ("munged", "slurmctld", "slurmd")
 PATIENCE = 30.0  # s until daemons are up, or have ended
@@ -89,11 +90,11 @@ def start(folder):
     key.touch(mode=0o600)
     key.write_bytes(secrets.token_bytes(64))
     controller, node = _free_ports(2)
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
     text = CONFIGURATION.format(
-        host=socket.gethostname().partition(".")[0], user=_user(), folder=folder, missed=MISSED,
+        host=socket.gethostname().partition(".")[0], user=psutil.Process().username(),
+        folder=folder, missed=MISSED,
         controller=controller, node=node, cpus=min(CPUS, os.cpu_count()),
-        memory=min(MEMORY, memory * 9 // 10),
+        memory=min(MEMORY, psutil.virtual_memory().total // 2**20 * 9 // 10),
     )  # fmt: skip
     (folder / "slurm.conf").write_text(text)
     (folder / "cgroup.conf").write_text(f"CgroupPlugin={_cgroup_plugin()}\n")
@@ -129,9 +130,14 @@ def state_of_node(folder):
 
 def kill_node(folder):
     """End the node's daemon and all processes of its jobs at once, as a power cut would."""
-    left = _wait_for_none(lambda: _processes_of_node(Path(folder).resolve()), signal.SIGKILL)
-    if left:
-        sys.exit(f"processes {left} of the node could not be killed")
+    end = time.monotonic() + PATIENCE
+    while left := _processes_of_node(Path(folder).resolve()):
+        if time.monotonic() > end:
+            sys.exit(f"processes {left} of the node could not be killed")
+        for process in left:
+            with suppress(psutil.NoSuchProcess):
+                process.kill()
+        psutil.wait_procs(left, 1)
 
 
 def stop(folder):
@@ -139,19 +145,14 @@ def stop(folder):
     folder = Path(folder).resolve()
     kill_node(folder)
     for name in reversed(DAEMONS):
-        pid = _pid(folder / f"{name}.pid")
-        if pid and _wait_for_none(lambda pid=pid: [pid] if _lives(pid) else [], signal.SIGTERM):
-            os.kill(pid, signal.SIGKILL)
+        with suppress(OSError, ValueError, psutil.Error):  # it is not there
+            daemon = psutil.Process(int((folder / f"{name}.pid").read_text()))
+            daemon.terminate()
+            daemon.wait(PATIENCE)
 
 
 def _program(name):
     return shutil.which(name, path=f"{os.environ.get('PATH', '')}:/usr/sbin:/usr/local/sbin")
-
-
-def _user():
-    import pwd
-
-    return pwd.getpwuid(os.getuid()).pw_name
 
 
 def _cgroup_plugin():
@@ -189,49 +190,16 @@ def _wait(condition, folder, name):
         time.sleep(0.2)
 
 
-def _wait_for_none(processes, number):
-    """Send a signal to processes until there are none; those that are left after a while."""
-    end = time.monotonic() + PATIENCE
-    while (left := processes()) and time.monotonic() < end:
-        for pid in left:
-            with suppress(ProcessLookupError):
-                os.kill(pid, number)
-        time.sleep(0.2)
-    return left
-
-
 def _processes_of_node(folder):
     """Its daemon, and processes whose environment says that they are of its jobs."""
-    ours = f"SLURM_CONF={folder}/slurm.conf".encode()
-    daemon, found = _pid(folder / "slurmd.pid"), []
-    for place in Path("/proc").glob("[0-9]*"):
-        try:
-            variables = (place / "environ").read_bytes().split(b"\0")
-            name = (place / "comm").read_text()
-        except OSError:
-            continue
-        of_job = any(each.startswith(b"SLURM_JOB_ID=") for each in variables)
-        pid = int(place.name)
-        if ours in variables and (of_job or name.startswith("slurmstepd") or pid == daemon):
-            found.append(pid)
-    return [pid for pid in found if _lives(pid)]
-
-
-def _pid(path):
-    """What stands in the file of a daemon; nothing if it is not there."""
-    try:
-        return int(path.read_text())
-    except (OSError, ValueError):
-        return None
-
-
-def _lives(pid):
-    """Whether a process is there and has not ended."""
-    try:
-        text = Path(f"/proc/{pid}/stat").read_text()
-    except OSError:
-        return False
-    return text.rpartition(")")[2].split()[0] not in "ZX"
+    found = []
+    for process in psutil.process_iter(["name", "environ", "status"]):
+        variables = process.info["environ"] or {}
+        ours = variables.get("SLURM_CONF") == f"{folder}/slurm.conf"
+        of_node = "SLURM_JOB_ID" in variables or process.info["name"] in ("slurmd", "slurmstepd")
+        if ours and of_node and process.info["status"] != psutil.STATUS_ZOMBIE:
+            found.append(process)
+    return found
 
 
 if __name__ == "__main__":

@@ -186,8 +186,6 @@ def status(options: Namespace) -> None:
            "end: -1 is the last (default); of density fields also several, side by side"),
     option("--slice", metavar="AXIS=PLACE", help="draw the density of each species (or of "
            "--species) in a plane, as in z=5, in r_c; fields of two dimensions lie in z=0"),
-    option("--surface", nargs="+", metavar="SPECIES=DENSITY", help="draw the surface around all "
-           "that is denser, as in A=0.4, in beads per r_c^3; in two dimensions a line"),
     option("--smooth", type=float, metavar="R", help="width in r_c over which a density field is "
            "averaged for a picture (standard deviation of a Gaussian; default 0.5)"),
     option("--species", nargs="+", metavar="NAME", help="draw these only"),
@@ -207,8 +205,8 @@ def draw(options: Namespace) -> None:
     """Draw the beads and bonds of a configuration, or density fields.
 
     That is the last one of a run.nc, a first one, a checkpoint, a frame of a trajectory (.gsd), or
-    LAMMPS data; or the density fields of a run.nc, as slices or surfaces. Movies and other views:
-    OVITO opens the .gsd of a run, ParaView the .vti that 'convert' writes.
+    LAMMPS data; or the density fields of a run.nc, as slices. Movies and other views:
+    OVITO opens the .gsd of a run, ParaView the .vti that 'convert' writes, with surfaces in it.
     """
     from dpd.report.draw import draw_file
 

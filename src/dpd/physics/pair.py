@@ -20,14 +20,16 @@ LEAST_ROWS = 5
 NEAR = 0.1  # r_c, up to which a table must reach down; nearer the force goes on as a straight line
 ALIKE = 0.01  # relative difference of energy and integral of the force: coarse, rounded tables
 ENDS = 1e-3  # of the largest value: what may be left at the end
+APART = 1e-6  # r_c between rows, at least
+Sane = Annotated[float, Field(ge=-1e9, le=1e9)]
 
 
 class Table(Section):
     """Columns of a file, as results have them."""
 
     r: list[float] = setting("Distances.", unit="r_c", min_length=LEAST_ROWS)
-    energy: list[float] = setting("Energies.", unit="kT")
-    force: list[float] = setting("Forces.", unit="kT / r_c")
+    energy: list[Sane] = setting("Energies.", unit="kT")
+    force: list[Sane] = setting("Forces.", unit="kT / r_c")
 
     def conflicts(self) -> Refusals:
         """Where rows lie, how they end, and whether the energy is the integral of the force."""
@@ -37,13 +39,14 @@ class Table(Section):
         if not len(r) == len(energy) == len(force):
             yield "", f"{len(r)}, {len(energy)} and {len(force)} numbers; let columns be as long"
             return
-        rows = np.diff(r) <= 0
+        rows = ~(np.diff(r) >= APART)
         if rows.any():
             last, here = r[np.argmax(rows) :][:2]
-            yield "r", f"{here:g} is not above that before, {last:g}; let r ascend"
+            yield "r", f"{here:g} is not above that before, {last:g}; let r ascend by {APART:g}"
             return
         if not 0 <= r[0] <= NEAR or r[-1] > 1:
             yield "r", f"from {r[0]:g} to {r[-1]:g}; allowed: from 0 to {NEAR:g} up to at most 1"
+            return
         for name, column in (("energy", energy), ("force", force)):
             if abs(column[-1]) > ENDS * abs(column).max():
                 text = f"{column[-1]:g} where the force ends; allowed: 0. Shift the energy, or let "

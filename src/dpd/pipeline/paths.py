@@ -5,34 +5,17 @@ results/STUDY/PAPER/sweeps/SWEEP.nc
 results/STUDY/report.html
 """
 
-import atexit
 import platform
 import subprocess
-import sys
-from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from dpd.errors import FAILED
 from dpd.folders import ROOT
-from dpd.pipeline.paper import Paper
 
 RESULTS = "results"
 LONG_STUDY = "paper"  # kept in git with its figures; its values stand beside those of every study
 LIBRARIES = ("numpy", "numba", "scipy", "pandas", "matplotlib", "xarray", "netCDF4", "snakemake")
-MOST = 20  # sentences that are shown
-
-
-def archived_verdicts() -> list[str]:
-    """The verdict table of the long study that git keeps; no file where there is none yet."""
-    # Not below the folder that snakemake works in: the archive belongs to the repository.
-    path = ROOT / RESULTS / "archive" / LONG_STUDY / "verdicts.csv"
-    return [str(path)] if path.is_file() else []
-
-
-def page_suffix(papers: Collection[str], all_papers: Collection[str]) -> str:
-    """What names of report and verdicts end in: nothing for all papers, or ``-liu_2008+mine``."""
-    return "" if set(papers) == set(all_papers) else f"-{'+'.join(sorted(set(papers)))}"
 
 
 def run_file(folder: str | Path, point: str) -> str:
@@ -78,19 +61,11 @@ class Results:
         return f"{self.figures(paper)}/{figure}.{kind}"
 
     def report(self, suffix: str = "") -> str:
-        """The page on a study; its suffix is from `page_suffix`."""
+        """The page on a study, or with a suffix on some papers of it."""
         return f"{self.folder}/report{suffix}.html"
 
     def verdicts(self, suffix: str = "") -> str:
         return f"{self.folder}/verdicts{suffix}.csv"
-
-    def sources_of_page(self, papers: Iterable[Paper]) -> list[str]:
-        kinds, found = ("csv", "png", "html", "nc"), []
-        for paper in papers:
-            found += [self.figure(paper.name, f, kind) for f in paper.figures for kind in kinds]
-            found += [self.sweep(paper.name, sweep) for sweep in (*paper.sweeps, *paper.theory)]
-            found += [self.measurement(paper.name, name) for name in paper.measurements]
-        return found
 
     def benchmark(self) -> str:
         return f"{self.folder}/benchmark.html"
@@ -119,12 +94,6 @@ def errors_in(logs: str | Path, begun: float = 0.0) -> dict[str, Path]:
                 if line.startswith(FAILED):
                     found.setdefault(line, path)
     return found
-
-
-def say_at_exit(logs: str | Path, begun: float) -> None:
-    """Print the first of `errors_in` last, below all that Snakemake has to say of them."""
-    if lines := [f"{line} ({path})" for line, path in errors_in(logs, begun).items()][:MOST]:
-        atexit.register(lambda: print("", *lines, sep="\n", file=sys.stderr))
 
 
 def library_versions() -> dict[str, str]:

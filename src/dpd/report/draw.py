@@ -51,12 +51,12 @@ class Picture(Figure):
 
 def draw(
     source: str | Path | Particles | xr.Dataset, frame: int | Sequence[int] = -1, *,
-    slice: str | None = None, surface: str | Sequence[str] = (), smooth: float = 0.5,
+    slice: str | None = None, smooth: float = 0.5,
     species: str | Sequence[str] = (), colour: str | None = None, view: str | None = None,
     slab: Sequence[Any] | None = None, radius: float | None = None, size: float | None = None,
     dpi: float = 300,
 ) -> Figure:  # fmt: skip
-    """Draw a configuration; or, with ``slice`` or ``surface``, the density fields of a run.
+    """Draw a configuration; or, with ``slice``, the density fields of a run.
 
     A notebook shows the figure where it is the last line of a cell. `UserError` if the file cannot
     be read or does not hold what is drawn, or a choice is not allowed.
@@ -70,8 +70,6 @@ def draw(
         Of a trajectory or of density fields; several of these stand side by side.
     slice
         The plane in which density fields are drawn, as ``z=5`` in r_c.
-    surface
-        What is drawn is denser than that, as ``A=0.4`` in beads per r_c^dimension.
     smooth
         Standard deviation in r_c of the Gaussian over which a density field is averaged.
     species
@@ -96,24 +94,24 @@ def draw(
         if value is not None and not least <= value <= most:
             raise UserError(f"{name}: {value:g} is out of range; allowed: {least:g} to {most:g}")
     width = size and size / 2.54
-    species, surface = (tuple([v] if isinstance(v, str) else v) for v in (species, surface))
+    species = tuple([species] if isinstance(species, str) else species)
     frames = [int(number) for number in np.atleast_1d(frame)]
     path = source if isinstance(source, (str, Path)) else "the particles or the run"
     # What the dataset of a run holds; a configuration holds no fields.
     held = {str(name): found.values for name, found in getattr(source, "variables", {}).items()}
     with mpl.rc_context(LOOK):
         figure = Picture(dpi=dpi, layout="constrained")
-        if slice is not None or surface:
-            if slice is not None and surface:
-                raise UserError("slice, surface: one of both is drawn; leave the other out")
+        if slice is not None:
             of_beads = {"colour": colour, "view": view, "slab": slab, "radius": radius}
             for name in [name for name, value in of_beads.items() if value is not None]:
                 raise UserError(f"{name}: has no effect on density fields; leave it out")
             fields = read_fields(Path(path)) if source is path else fields_of(held, path)
-            draw_fields(figure, fields, frames, slice, surface, smooth, species, width, path)
+            draw_fields(figure, fields, frames, slice, smooth, species, width, path)
             return figure
         if len(frames) != 1:
-            raise UserError("frame: a picture of beads shows one; slices and surfaces show several")
+            raise UserError(
+                "frame: a picture of beads shows one; slices of density fields show several"
+            )
         if isinstance(source, Particles):
             particles = source.checked(path)
         elif isinstance(source, (str, Path)):

@@ -130,12 +130,9 @@ class Basics(Section):
         "Mass of a bead of each species, as {A: 1, B: 2}; 1 for those that are not named.", None,
         unit="m", of="some species", min_length=1,
     )  # fmt: skip
-    pairs: Pairs = setting("How pairs are found; it decides the speed, not the result.", Pairs)
-    steps: Steps = setting("Length of the run in steps.", Steps)
-    duration: Duration = setting(
-        "Length of the run in tau. If both steps and duration are given, the longer one counts.",
-        Duration,
-    )  # fmt: skip
+    pairs: Pairs = setting(str(Pairs.__doc__), Pairs)
+    steps: Steps = setting(str(Steps.__doc__), Steps)
+    duration: Duration = setting(str(Duration.__doc__), Duration)
     schedule: list[Scheduled] | None = setting(
         "Values of forces, thermostat, integrator and the like that change while the system runs, "
         "in the order of their steps; `dpd.Simulation` writes down here what it was told.", None,
