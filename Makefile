@@ -4,6 +4,7 @@
 #             the plain reference is passed without the compiler
 # make look   the quick study's report in Debian's chromium, wide and narrow, light and dark: checks, and
 #             four pictures in results/look
+# make docs   the site, into docs/_build/html
 # make thorough  pass the others: all cases, long statistics, the whole smoke study
 PYTHON ?= python3
 TESTS = .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
@@ -22,6 +23,9 @@ test: .venv/ready
 thorough: .venv/ready
 	$(TESTS) -m thorough
 
+docs: .venv/ready
+	.venv/bin/python -m sphinx -qW docs docs/_build/html
+
 look: .venv/ready
 	.venv/bin/python -m pip install --quiet $$(sed -n 's/^# `make look` installs: //p' requirements.txt)
 	.venv/bin/python tests/look.py results/quick/report.html
@@ -35,4 +39,4 @@ look: .venv/ready
 	.venv/bin/python -m compileall -q src paper_figures
 	touch $@
 
-.PHONY: quick resume test look thorough
+.PHONY: quick resume test docs look thorough

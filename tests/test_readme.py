@@ -23,6 +23,7 @@ from dpd.pipeline.paper import read_config
 from dpd.pipeline.paths import Results
 from dpd.report import archive
 from dpd.scene.scene import Scene
+from tests.conftest import python
 
 README = (ROOT / "README.md").read_text()
 PLACES = "*.md", "config/*.md", "paper_figures/*/*.md", "benchmarks/*.md", "src/dpd/**/*.md"
@@ -52,6 +53,17 @@ def test_links_lead_somewhere(path):
         titles = re.findall("^#+ (.+)$", there.read_text(), re.M) if anchor else [""]
         anchors = (re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles)
         assert anchor in anchors, target  # as GitHub makes them
+
+
+@pytest.mark.thorough
+def test_the_site(tmp_path):
+    """Built without a warning, with a page of each paper, and links that lead somewhere."""
+    done = python("-m", "sphinx", "-qW", "docs", str(tmp_path), cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    for name in ("index", *(f"papers/{paper}" for paper in PAPERS)):
+        page = tmp_path / f"{name}.html"
+        for target in re.findall('(?:href|src)="([^"#:?]+)', page.read_text()):
+            assert (page.parent / target).exists(), (name, target)
 
 
 def commands(text, program):

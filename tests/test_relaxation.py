@@ -19,7 +19,6 @@ DIMERS = {
     "integrator": {"scheme": "gw-vv", "lambda": 0.5, "dt": 0.02},
     "steps": {"equilibrate": 1000, "sample": 20000},
     "observe": ["thermo", {"end_to_end": {"every": 10}}, {"displacement": {"every": 10}}],
-    "seed": 1,
 }
 LENGTH = {"length": {"set": "molecules.0.architecture", "text": "A {}", "values": [2]}}
 

@@ -22,10 +22,6 @@ MELT = {
 }  # fmt: skip
 
 
-class Enough(Exception):
-    """What ends a start from outside."""
-
-
 @pytest.mark.parametrize(
     ("change", "looks"),
     [({"box": 30, "start": {"relax": {"steps": 10**6, "dt": 0.01}}}, 2), (MELT, 3)],
@@ -37,9 +33,9 @@ def test_starts_can_be_ended_every_second_or_two(change, looks):
     def look(done):
         seen.append(done)
         if len(seen) == looks:
-            raise Enough
+            raise TimeoutError
 
-    with pytest.raises(Enough):
+    with pytest.raises(TimeoutError):
         make_start(Scene(FLUID | change), look)
 
 

@@ -61,7 +61,6 @@ class Results:
         return f"{self.figures(paper)}/{figure}.{kind}"
 
     def report(self, suffix: str = "") -> str:
-        """The page on a study, or with a suffix on some papers of it."""
         return f"{self.folder}/report{suffix}.html"
 
     def verdicts(self, suffix: str = "") -> str:

@@ -5,6 +5,7 @@ import math
 import os
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -41,7 +42,7 @@ def write_page(
     figures = [(paper.name, name) for paper in papers for name in paper.figures]
     made = [
         each for each in figures
-        if all(os.path.isfile(results.figure(*each, kind)) for kind in ("png", "csv"))
+        if os.path.isfile(results.figure(*each, "csv"))
     ]  # fmt: skip
     done = len(made) == len(figures)
     rows = verdicts.verdict_rows(
@@ -49,8 +50,9 @@ def write_page(
         verdicts.read_rows(archived) if archived else (),
     )
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        drawn = pool.map(_picture, [Path(results.figure(*each, "png")) for each in made])
-        pictures = dict(zip(made, drawn))
+        there = {each: Path(results.figure(*each, "png")) for each in made}
+        there = {each: path for each, path in there.items() if path.is_file()}
+        pictures = dict(zip(there, pool.map(_picture, there.values())))
     at = Path(path).parent
     shown = [_paper(paper, study, results, rows, pictures, at, done) for paper in papers]
     kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in verdicts.KINDS}
@@ -78,7 +80,7 @@ def _paper(paper, study, results, rows, pictures, at, done):
     """A paper as the page shows it: sentences that hold in this study, and all of its figures."""
     sampled = {sweep for each in paper.sampling for sweep in each["sweeps"]}
     if done and sampled - paper.sweeps.keys():
-        paper = read_paper(paper.name, study, only=sampled)
+        paper = replace(paper, sweeps=read_paper(paper.name, study, only=sampled).sweeps)
     cited = verdicts.citations().get(paper.title, {})
     cited = {"name": named(paper.name), "doi": "", "link": ""} | cited
     own = [row for row in rows if row["paper"] == paper.name]
