@@ -165,7 +165,7 @@ ARCHITECTURES = [
     ("A (B (C)", ["A >>>(<<<B", "not closed"]),
     ("A ((B) C)", ["A (>>>(<<<B) C)", "no bead before this branch"]),
     ("3 A", [">>>3<<< A", "nor a species"]),
-    ("1A B 1A", [">>>1A<<< B 1A", "no rings"]),
+    ("1A B 1A", [">>>1A<<< B 1A", "rings, '(A 20)o'"]),
     ("((((A 999) 999) 999) 999) 999", ["((>>>(<<<(A", f"more beads than {MOST_BEADS}"]),
     ("A " * 100 + "(B 0)", ["A (B >>>0<<<)", "nor a species"]),
 ]

@@ -21,6 +21,7 @@ LEVELS = [
     (range(1280, 4097, 256), 256),
 ]  # fmt: skip
 LAGS = [(lag, apart) for lags, apart in LEVELS for lag in lags]
+OF_RUN = [(lag, apart) for lag, apart in LAGS if apart < 256]  # of 1700 samples, more than half
 
 
 def pairs_of(samples, lag, apart, expected):
@@ -45,6 +46,19 @@ def correlate(series, expected):
     return found
 
 
+def assert_every_lag(quantity, lag, means, counts, sums, samples, lags):
+    """To 1e-10, for each molecule; the same pairs once more by the tenth of the run in which they
+    end. A level that looks at every 4th sample sees every 4th pair."""
+    np.testing.assert_allclose(lag, [n for n, _ in lags], rtol=1e-12)
+    for number, (n, apart) in enumerate(lags):
+        then, now, part = pairs_of(samples, n, apart, samples)
+        values = quantity(then, now)
+        np.testing.assert_allclose(means[number], values.mean(axis=0), rtol=0, atol=1e-10)
+        np.testing.assert_array_equal(counts[:, number], np.bincount(part, minlength=PARTS))
+        expected = np.bincount(part, values.mean(axis=1), minlength=PARTS)
+        np.testing.assert_allclose(sums[:, number], expected, rtol=1e-10, atol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("samples", "levels"), [(9, 1), (32, 1), (33, 2), (128, 2), (129, 3), (1700, 4), (2049, 5)]
 )
@@ -56,22 +70,18 @@ def test_every_lag_of_a_random_series(samples, levels):
     """
     rng = np.random.default_rng(samples)
     series = rng.normal(size=(samples, 2, 3)) + rng.normal(size=(1, 2, 3))
-    found = correlate(series, samples)
-    lag, means, counts, sums = found.results(samples)
-    expected = [(n, apart) for n, apart in LAGS if n < samples and apart < COARSER**levels]
-    np.testing.assert_array_equal(lag, [n for n, _ in expected])
+    lag, means, counts, sums = correlate(series, samples).results(samples)
+    lags = [(n, apart) for n, apart in LAGS if n < samples and apart < COARSER**levels]
     if samples > KEPT:
         assert lag.max() >= samples // 2
-    for number, (n, apart) in enumerate(expected):
-        then, now, part = pairs_of(samples, n, apart, samples)
-        values = np.stack(
-            [(series[now] * series[then]).sum(axis=1), (series[now] - series[then])[:, 0]]
-        )
-        np.testing.assert_allclose(means[number], values.mean(axis=1), rtol=0, atol=1e-11)
-        np.testing.assert_array_equal(counts[:, number], np.bincount(part, minlength=PARTS))
-        for quantity, over in enumerate(values.mean(axis=2)):
-            expected_sums = np.bincount(part, over, minlength=PARTS)
-            np.testing.assert_allclose(sums[:, number, quantity], expected_sums, rtol=0, atol=1e-9)
+    for quantity in range(2):
+
+        def of(then, now, quantity=quantity):
+            product = (series[now] * series[then]).sum(axis=1)
+            return [product, (series[now] - series[then])[:, 0]][quantity]
+
+        kept = means[:, quantity], counts, sums[:, :, quantity]
+        assert_every_lag(of, lag, *kept, samples, lags)
     # Over all parts they are the means over molecules of what is kept of each.
     total = sums.sum(axis=0) / counts.sum(axis=0)[:, None]
     np.testing.assert_allclose(total, means.mean(axis=2), rtol=0, atol=1e-11)
@@ -128,21 +138,6 @@ def watched(data, look):
     return values_of(observer), np.array(seen)
 
 
-def assert_every_lag(quantity, lag_time, means, counts, sums):
-    """To 1e-10, of 1700 samples, for each molecule; the same pairs once more by the tenth of the
-    run in which they end. A level that looks at every 4th sample sees every 4th pair."""
-    lags = [(lag, apart) for lag, apart in LAGS if apart < 256]
-    assert lags[-1][0] >= 850
-    np.testing.assert_allclose(lag_time, [lag * 2 * 0.02 for lag, _ in lags], rtol=1e-12)
-    for number, (lag, apart) in enumerate(lags):
-        then, now, part = pairs_of(1700, lag, apart, 1700)
-        values = quantity(then, now)
-        np.testing.assert_allclose(means[number], values.mean(axis=0), rtol=0, atol=1e-10)
-        np.testing.assert_array_equal(counts[:, number], np.bincount(part, minlength=PARTS))
-        expected = np.bincount(part, values.mean(axis=1), minlength=PARTS)
-        np.testing.assert_allclose(sums[:, number], expected, rtol=1e-10, atol=1e-8)
-
-
 def test_every_lag_is_that_of_the_whole_run():
     """Of end-to-end vectors, from bead to bead by the shortest way, of chains of both kinds."""
     found, places = watched(CHAINS, lambda now: by_identity(now, "position"))
@@ -155,9 +150,13 @@ def test_every_lag_is_that_of_the_whole_run():
     assert (np.abs(vectors) > edges / 2).sum() > 10
     square = (vectors**2).sum(axis=1).mean(axis=0)
     np.testing.assert_allclose(found["end_square"], square, rtol=1e-11)
+    lag, *kept = (found[f"end_{n}"] for n in ("lag_time", "correlation", "samples", "sums"))
     assert_every_lag(
         lambda then, now: (vectors[now] * vectors[then]).sum(axis=1),
-        *(found[f"end_{name}"] for name in ("lag_time", "correlation", "samples", "sums")),
+        lag / 0.04,
+        *kept,
+        1700,
+        OF_RUN,
     )
 
 
@@ -176,8 +175,8 @@ def test_every_lag_is_that_of_the_whole_trajectory():
         return ((centres[now] - centres[then]) ** 2).sum(axis=1)
 
     for name, quantity in (("msd_inner", of_inner), ("msd_centre", of_centres)):
-        names = ("lag_time", name, "lag_samples", f"{name}_sums")
-        assert_every_lag(quantity, *(found[each] for each in names))
+        kept = (found[each] for each in (name, "lag_samples", f"{name}_sums"))
+        assert_every_lag(quantity, found["lag_time"] / 0.04, *kept, 1700, OF_RUN)
 
 
 class Far:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import psutil
 import pytest
 import xarray as xr
 import yaml
@@ -21,10 +22,8 @@ from dpd.errors import UserError
 from dpd.lammps.engine import Lammps
 from dpd.lammps.input import input_of
 from dpd.lammps.ranks import Ranks
-from dpd.particles import write
 from dpd.pipeline.jobs import minutes
 from dpd.pipeline.paper import read_config, read_paper
-from dpd.runs.result import of_state
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE, begin, command, wait_for
@@ -161,24 +160,14 @@ def test_a_killed_run_goes_on(tmp_path, monkeypatch):
     words = ("run", "scene.yaml", "-o", "run.nc", "--checkpoint-every", "0")
     with begin(*words) as run:
         wait_for(lambda: Path("run.checkpoint").exists() or run.poll() is not None)
-        ranks = children(run.pid)
+        ranks = psutil.Process(run.pid).children(recursive=True)
         assert ranks
         run.send_signal(signal.SIGKILL)
-    wait_for(lambda: not any(Path(f"/proc/{each}").exists() for each in ranks))
+    wait_for(lambda: not any(each.is_running() for each in ranks))
     assert not Path("run.nc").exists()
     done = command(*words)
     assert done.returncode == 0, done.stderr
     assert "resume" in done.stderr and xr.open_dataset("run.nc").kT.size > 100
-
-
-def children(process):
-    """All processes that one has begun, and those that these have."""
-    listed = subprocess.run(
-        ["ps", "-e", "-opid=", "-oppid="], capture_output=True, text=True
-    ).stdout
-    pairs = [tuple(map(int, line.split())) for line in listed.splitlines()]
-    own = [pid for pid, parent in pairs if parent == process]
-    return [*own, *(each for child in own for each in children(child))]
 
 
 REFUSED = {
@@ -233,50 +222,6 @@ def test_an_export_runs_in_lammps(tmp_path, monkeypatch):
     refused = command("export", "melt.yaml", "in.other", "--set", "integrator.scheme=dpd-vv")
     assert refused.returncode == 1 and "velocity Verlet" in refused.stderr
     assert not Path("in.other").exists()
-
-
-WALLED = SCENE | {
-    "observe": ["thermo"],
-    "box": [5, 5, 6],
-    "thermostat": {"gamma": 0},
-    "walls": {"axis": "z", "repulsion": 40, "gamma": 1e-18},
-    "body_force": {"axis": "x", "strength": 0.3},
-    "integrator": {"scheme": "gw-vv", "dt": 0.02},
-}
-
-
-def test_ten_steps_between_walls_without_friction(tmp_path):
-    """Places agree to 1e-9 r_c, and what the walls do to eight digits.
-
-    LAMMPS' ``fix wall/harmonic`` pushes with 2 epsilon (c - d) a particle at the distance d < c
-    from a plane, and does not go on behind it. With epsilon = a_w / 2, the range c = 2 and the
-    plane 1 r_c further out that is our wall, down to 1 r_c behind ours.
-    """
-    scene = Scene(WALLED)
-    own = Simulation(system_of(scene), make_start(scene))
-    own.advance(100)
-    path, (low, high) = tmp_path / "beads.data", system_of(scene).walls.place
-    write(of_state(scene, own.state), path)
-    other = Ranks()
-    other("commands_list", [
-        "units lj", "comm_modify vel yes", "newton on", "atom_style atomic",
-        f"read_data {path}", "pair_style dpd 1.0 1.0 7", "pair_coeff 1 1 25.0 0",
-        "neighbor 0.3 bin", "neigh_modify delay 0 every 1 check yes", "fix move all nve",
-        f"fix walls all wall/harmonic zlo {low - 1} 20 1.0 2.0 zhi {high + 1} 20 1.0 2.0 "
-        "units box pbc yes",
-        "fix body all addforce 0.3 0.0 0.0", "timestep 0.02", "thermo 1000000", "run 0",
-    ])  # fmt: skip
-    for steps in (0, 10):
-        if steps:
-            own.advance(steps)
-            other("command", f"run {steps} pre no post no")
-        place = other("gather_atoms", "x", 1, 3).reshape(-1, 3).T
-        apart = nearest(place - own.state.by_identity(own.state.position), own.system.box)
-        assert np.abs(apart).max() < 1e-9
-        walls = own.measure().of(-1).walls
-        assert walls[:, 0].sum() == pytest.approx(other("extract_fix", "walls", 0, 0), rel=1e-8)
-        forces = [other("extract_fix", "walls", 0, 1, k) for k in (0, 1)]
-        np.testing.assert_allclose(walls[:, 1], np.abs(forces), rtol=1e-8)
 
 
 def test_the_virial_of_all_forces_is_that_of_lammps():

@@ -14,9 +14,7 @@ from tests.test_pipeline import copy_repository
 
 PAPER = {
     "title": "A paper of mine",
-    "reference": "nowhere",
     "sweeps": {"fluid": {"scene": SCENE | {"steps": {"sample": 60_000}}, "replicas": 4}},
-    "figures": {},
 }
 OPTIONS = ("--config", "study=smoke", "papers=[mine]", "batch=0")  # a job for each run
 

@@ -62,7 +62,7 @@ def test_the_site(tmp_path):
     assert done.returncode == 0, done.stderr
     for name in ("index", *(f"papers/{paper}" for paper in PAPERS)):
         page = tmp_path / f"{name}.html"
-        for target in re.findall('(?:href|src)="([^"#:?]+)', page.read_text()):
+        for target in re.findall(r'(?:href|src)="(?!\w+:)([^"#?]+)', page.read_text()):
             assert (page.parent / target).exists(), (name, target)
 
 
@@ -134,13 +134,6 @@ def test_the_page_says_what_a_sweep_file_has():
     """What is recorded of each run is in its table."""
     rows = re.findall(r"^\| `(\w+)` \| ", (ROOT / "config" / "README.md").read_text(), re.M)
     assert RECORDED.keys() <= set(rows)
-
-
-def test_the_readme_names_every_room():
-    """Each folder of modules, and no other."""
-    rooms = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
-    named = re.findall("`([a-z_/]+)/`", README.split("below `src/dpd/`:")[1].split("Tests:")[0])
-    assert set(named) == rooms
 
 
 def test_the_ratios_of_the_readme_are_those_of_the_benchmark():

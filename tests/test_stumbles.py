@@ -48,7 +48,6 @@ def test_a_density_that_chains_miss_by_much_is_refused():
 
 
 MINE = """title: A paper of mine
-reference: nowhere
 sweeps: {}
 figures: {line: {sweeps: []}}
 """
@@ -56,7 +55,6 @@ FIGURE = """import xarray as xr
 from matplotlib import pyplot as plt
 
 TITLE = "A line."
-PAPER_SHOWS = "Nothing."
 
 
 def compute(data):
@@ -86,10 +84,10 @@ def mine(tmp_path):
 
 BROKEN = {
     "measures nothing": (FIGURE.replace("return {}", "return"), "measured returned NoneType"),
-    "not Python": (FIGURE.replace("(data):", "(data)"), "line 8: expected ':'"),
+    "not Python": (FIGURE.replace("(data):", "(data)"), "line 7: expected ':'"),
     "fails deep down": (
         FIGURE.replace("axes.plot(numbers.y)", "axes.plot(numbers.isel(x=7).y)"),
-        "draw: paper_figures/mine/line.py: line 14: IndexError",
+        "draw: paper_figures/mine/line.py: line 13: IndexError",
     ),
 }
 

@@ -14,7 +14,7 @@ from dpd.observe.chains import ends_square, sizes
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.particles.particles import whole_images
 from dpd.physics.shear import Shear
-from dpd.scene.molecules import Molecule, tree_of
+from dpd.scene.molecules import Molecule, graph_of
 from dpd.scene.scene import Scene
 from dpd.start import start_description
 from dpd.start.common.make import make_start, system_of
@@ -24,7 +24,7 @@ from tests.test_bad_input import refusal
 
 
 def molecule(architecture, count=1):
-    return Molecule(*tree_of(architecture), count)
+    return Molecule(*graph_of(architecture), count)
 
 
 RUNS = st.builds("{} {}".format, st.sampled_from("ABC"), st.integers(1, 4))
@@ -56,22 +56,22 @@ def by_hand(text):
                 parents.append(last)
                 last = len(beads)
                 beads.append(word[0])
-    return tuple(beads), tuple(parents)
+    return tuple(beads), tuple(parents), ()
 
 
 @given(WRITTEN)
 @settings(max_examples=100, deadline=None)
 def test_architectures_are_trees(text):
     """A bracket without a number hangs on the bead before it; one with a number is repeated."""
-    assert tree_of(text) == by_hand(text)
+    assert graph_of(text) == by_hand(text)
 
 
 def test_names_and_blanks():
     """A species may hold digits; blanks stand between words alone."""
     beads = ("W1", "c3", "Na+", "C-3_b", "C-3_b")
-    assert tree_of(" (W1 c3(Na+)C-3_b 2)1") == (beads, (-1, 0, 1, 1, 3))
+    assert graph_of(" (W1 c3(Na+)C-3_b 2)1") == (beads, (-1, 0, 1, 1, 3), ())
     comb = [-1, 0, 1, 2, 3, 2, 5, 6, 7, 8, 2, 10, 11]
-    assert tree_of(COMB) == (tuple("AAABBCCCCDAAA"), tuple(comb))
+    assert graph_of(COMB) == (tuple("AAABBCCCCDAAA"), tuple(comb), ())
 
 
 COMB = "A 3 (B 2) (C 4 (D)) A 3"

@@ -24,7 +24,7 @@ TABLE = np.array([[25.0, 40.0], [40.0, 30.0]])
 DRAWN = np.array([[-40.0, -20.0], [-20.0, -30.0]])  # with many-body forces
 FRICTION, MASSES = np.array([[4.5, 12.0], [12.0, 0.5]]), np.array([0.5, 3.0])
 GAP = 2.0  # behind each wall: a reach of 1 and the cutoff
-STAR = Molecule(("A",) * 6, (-1, 0, 1, 1, 3, 1), 5)  # three arms and a stem on bead 1
+STAR = Molecule(("A",) * 6, (-1, 0, 1, 1, 3, 1), (), 5)  # three arms and a stem on bead 1
 
 
 def joined(kind):

@@ -97,7 +97,7 @@ def test_straight_angles_stay_finite(angle, rest):
 
 def test_batches_keep_molecules_with_their_angles_together():
     """Every angle is in the batch of its bonds, and no bead is in two batches."""
-    kind = Molecule(STAR.beads, STAR.parents, 400)
+    kind = Molecule(STAR.beads, STAR.parents, (), 400)
     members, triples = joined(kind)
     shuffled = np.random.default_rng(1).permutation(len(triples))
     bond, angle = laws(True, members, triples[shuffled])

@@ -29,11 +29,15 @@ class Chains(Observable, key="chains"):
         found = np.zeros((3, len(now.scene.molecules)))  # 0 for single beads
         for place, (kind, beads) in enumerate(zip(now.scene.molecules, now.in_one_piece)):
             if len(kind.beads) > 1:
-                found[:, place] = *sizes(beads, kind.ends), ends_square(beads[:, :, kind.ends])
+                ends = kind.ends if len(kind.ends) > 1 else (0, -1)  # of which rings have none
+                found[:, place] = *sizes(beads, ends), ends_square(beads[:, :, ends])
         return dict(zip(("gyration_square", "end_to_end_square", "ends_square"), found))
 
     def finish(self, scene: Any, found: dict[str, Any]) -> Any:
         found["end_to_end_square"][:, [not kind.is_linear for kind in scene.molecules]] = np.nan
+        if "ends_square" in found:
+            without = [len(kind.ends) < 2 <= len(kind.beads) for kind in scene.molecules]
+            found["ends_square"][:, without] = np.nan
         return found
 
 

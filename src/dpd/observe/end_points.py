@@ -30,7 +30,7 @@ class EndPoints(Binned, key="end_points"):
         kinds = now.scene.molecules
         shares, beyond = np.zeros((len(kinds), len(self.edges) - 1)), np.zeros(len(kinds))
         for k, beads in enumerate(now.in_one_piece):
-            if len(kinds[k].beads) > 1:
+            if len(kinds[k].ends) > 1:
                 one, other = np.triu_indices(len(kinds[k].ends), 1)
                 ends = beads[:, :, kinds[k].ends]
                 apart = np.sqrt(((ends[:, :, one] - ends[:, :, other]) ** 2).sum(axis=0))
@@ -39,5 +39,5 @@ class EndPoints(Binned, key="end_points"):
 
     def finish(self, scene: Any, found: dict[str, Any]) -> Any:
         for means in found.values():
-            means[:, [len(kind.beads) == 1 for kind in scene.molecules]] = np.nan
+            means[:, [len(kind.ends) < 2 for kind in scene.molecules]] = np.nan
         return found

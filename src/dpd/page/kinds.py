@@ -177,6 +177,7 @@ class Start(Page):
     # takes any, forces act in it, and a job of its own makes it for all runs that share it.
     work: ClassVar[int] = 0
     joins: ClassVar[int] = 3  # beads that laws along bonds join at most which act in it
+    completes: ClassVar[tuple[str, ...]] = ()  # keys of a scene that it can give, see `system`
 
     method: str = setting("How beads are placed.", "random")
     kT: float | None = setting(
@@ -203,6 +204,10 @@ class Start(Page):
     def acts(self) -> bool:
         """Whether forces act while it is made."""
         return bool(self.work) or self.relax is not None
+
+    def system(self) -> dict[str, Any]:
+        """Values of what it ``completes``, where a scene has none of its own."""
+        return {}
 
     def own(self) -> dict[str, Any]:
         """The settings that this page has and not every start, as plain data."""

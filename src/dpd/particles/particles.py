@@ -1,6 +1,6 @@
 """One configuration of beads, whatever file it came from or goes to."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from dpd.engine.space import TURN, along_axes, slide_of, tilted, wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.scene.molecules import Molecule
+from dpd.scene.molecules import Molecule, written
 from dpd.scene.scene import Scene
 
 ROUNDING = 1e-5  # of an edge: beads outside, tilts beyond half; single precision, text
@@ -184,12 +184,55 @@ def whole_images(
         end = first + kind.count * len(kind.beads)
         shape = len(box), kind.count, len(kind.beads)
         place, steps = (each[:, first:end].reshape(shape) for each in (places, found))
-        parent, bead = kind.bonds.T
+        parent, bead = kind.tree.T
         apart = place[:, :, bead] - place[:, :, parent]
         steps[:, :, 1:] = -np.rint(apart / np.array(box)[:, None, None])
         found[:, first:end] = kind.summed(steps).reshape(len(box), -1)
         first = end
     return found
+
+
+def spanned(beads: int, bonds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A molecule's beads in the order of a walk from its first one, deeper first.
+
+    ``bonds``: (n, 2), each once. Returns the order, for each bead in it the one on which it hangs
+    (-1 for the first), and, (rings, 2), the bonds that close rings: these as numbers in the order.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import depth_first_order
+
+    one, other = np.concatenate([bonds, bonds[:, ::-1]]).T
+    table = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(beads, beads)).tocsr()
+    order, before = depth_first_order(table, 0)
+    place = np.argsort(order)
+    parents = np.concatenate([[-1], place[before[order[1:]]]])
+    numbers = np.sort(place[bonds], axis=1)
+    rings = numbers[parents[numbers[:, 1]] != numbers[:, 0]]
+    return order, parents, rings[np.lexsort(rings.T[::-1])]
+
+
+def molecules_of(particles: Particles) -> list[dict[str, Any]]:
+    """Kinds of molecules as a scene has them; alike are those with beads in the same order."""
+    found: dict[tuple, dict[str, Any]] = {}
+    for beads, bonds in each_molecule(particles):
+        order, parents, rings = spanned(len(beads), bonds)
+        names = [particles.names[k] for k in particles.species[beads[order]]]
+        key = tuple(names), tuple(parents.tolist()), rings.tobytes()
+        kind = found.setdefault(key, {"architecture": written(names, parents), "count": 0})
+        kind["count"] += 1
+        if len(rings):
+            kind["bonds"] = rings.tolist()
+    return list(found.values())
+
+
+def each_molecule(particles: Particles) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Beads of each molecule, ascending, and its bonds by their places in these."""
+    molecule, bonds = particles.molecules, np.unique(np.sort(particles.bonds, axis=1), axis=0)
+    each = np.split(np.argsort(molecule, kind="stable"), np.cumsum(np.bincount(molecule))[:-1])
+    of = np.searchsorted(np.sort(molecule[bonds[:, 0]]), np.arange(1, len(each)))
+    bonds = bonds[np.argsort(molecule[bonds[:, 0]], kind="stable")].astype(np.int64)
+    for beads, inside in sorted(zip(each, np.split(bonds, of)), key=lambda both: both[0][0]):
+        yield beads, np.searchsorted(beads, inside)
 
 
 def of_scene(

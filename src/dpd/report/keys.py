@@ -55,6 +55,8 @@ def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
 
     schema["properties"] |= {key: of(page) for key, page in terms.items()}
     schema["required"] += [key for key in NEEDED if terms[key].has_required()]
+    for key in (key for page in starts.values() for key in page.completes):
+        schema["required"].remove(key)
     named = {key: of(page) for key, page in observables.items()}
     one = {"type": "object", "additionalProperties": False, "properties": named}
     items = [{"enum": list(named)}, one | {"minProperties": 1, "maxProperties": 1}]

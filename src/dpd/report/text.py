@@ -193,14 +193,14 @@ def _system(scenes):
 
 def _molecules(scenes):
     """Monomers, chains of a length, or architectures."""
-    kinds = {(kind.beads, kind.parents): given["architecture"] for scene in scenes
+    kinds = {(kind.beads, kind.parents, kind.rings): given["architecture"] for scene in scenes
              for kind, given in zip(scene.molecules, scene.data["molecules"])}  # fmt: skip
-    species = sorted({name for beads, _ in kinds for name in beads})
+    species = sorted({name for beads, *_ in kinds for name in beads})
     of = f" of {' and '.join(species)}" if len(species) > 1 else ""
     branched = any(not kind.is_linear for scene in scenes for kind in scene.molecules)
-    if branched or any(len(set(beads)) > 1 for beads, _ in kinds):
+    if branched or any(len(set(beads)) > 1 for beads, *_ in kinds):
         return f"molecules {', '.join(kinds.values())}"
-    lengths = [len(beads) for beads, _ in kinds]
+    lengths = [len(beads) for beads, *_ in kinds]
     return f"monomers{of}" if set(lengths) == {1} else f"chains{of}, N = {span(lengths)}"
 
 

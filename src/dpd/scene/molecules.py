@@ -1,13 +1,14 @@
 """Molecules: the grammar of architectures, which beads they have, and how these are bonded.
 
-`RULES` say how an architecture is written. Branches and groups nest: ``(A (B 2)) 10`` is a comb.
+`RULES` say how an architecture is written. Branches and groups nest: ``(A (B 2)) 10`` is a comb,
+``(A 20)o`` a ring.
 """
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import combinations
+from itertools import combinations, groupby
 from typing import Any, NoReturn
 
 import numpy as np
@@ -18,29 +19,35 @@ MOST_BEADS = 10**6  # of one molecule
 AROUND = 30  # characters that a message shows on either side of a mistake
 # A bracket that opens; or a species or a bracket that closes, each with a number behind it or none.
 PIECE = re.compile(
-    r"(?P<what>\(|(?:\)|[A-Za-z][A-Za-z0-9_+-]{0,31}(?![^\s()])))"
+    r"(?P<what>\(|(?:\)(?:o(?![^\s()]))?|[A-Za-z][A-Za-z0-9_+-]{0,31}(?![^\s()])))"
     r"(?:(?<!\()\s*(?P<times>[1-9][0-9]{0,6})(?![^\s()]))?\s*"
 )
 RULES = (
     "write species and repeats as 'A 3 B 9'; behind a bead a branch in brackets, 'A 3 (B 2) A 3'; "
-    "groups with their repeats, '(A 2 B) 4'; a species is a letter, then letters, digits, _, + or "
-    "-, 32 at most; there are no rings"
+    "groups with their repeats, '(A 2 B) 4', and rings, '(A 20)o'; a species is a letter, then "
+    "letters, digits, _, + or -, 32 at most"
 )
 NOBODY = -1  # instead of the number of a law, where none acts
 
 
 @dataclass(frozen=True)
 class Molecule:
-    """A kind of molecule: a chain or a tree of beads, and how many of them there are."""
+    """A kind of molecule: a tree of beads, bonds that close rings in it, and how many there are."""
 
     beads: tuple[str, ...]  # the species of each
     parents: tuple[int, ...]  # the bead on which each hangs, of a lower number; -1 for the first
+    rings: tuple[tuple[int, int], ...]  # the two beads of each bond more, the lower number first
     count: int
 
     @cached_property
-    def bonds(self) -> np.ndarray:
-        """(beads - 1, 2) array: the two beads of each bond, the lower number first."""
+    def tree(self) -> np.ndarray:
+        """(beads - 1, 2) array: the bead on which each hangs, and that bead, from the second on."""
         return np.array([*enumerate(self.parents)][1:], np.int64).reshape(-1, 2)[:, ::-1]
+
+    @cached_property
+    def bonds(self) -> np.ndarray:
+        """(bonds, 2) array: the two beads of each, the lower number first; those of rings last."""
+        return np.concatenate([self.tree, np.array(self.rings, np.int64).reshape(-1, 2)])
 
     @cached_property
     def is_chain(self) -> bool:
@@ -49,14 +56,14 @@ class Molecule:
 
     @cached_property
     def ends(self) -> np.ndarray:
-        """(ends,) array: beads with one bond; the bead itself for a single one."""
+        """(ends,) array: beads with one bond, none in a ring; the bead itself for a single one."""
         times = np.bincount(self.bonds.ravel(), minlength=len(self.beads))
         return np.flatnonzero(times <= 1)
 
     @property
     def is_linear(self) -> bool:
-        """Whether it has no branches: two ends, or one for a single bead."""
-        return len(self.ends) <= 2
+        """Whether it has no branches and no rings: two ends, or one for a single bead."""
+        return len(self.ends) <= 2 and not self.rings
 
     @cached_property
     def neighbours(self) -> list[list[int]]:
@@ -148,8 +155,10 @@ def numbers_of(table: Mapping[str, Any], names: Sequence[tuple[str, ...]]) -> np
 
 
 @lru_cache(maxsize=64)
-def tree_of(architecture: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
-    """``beads`` and ``parents`` of a `Molecule`; a `ValueError` marks where it cannot be read."""
+def graph_of(
+    architecture: str,
+) -> tuple[tuple[str, ...], tuple[int, ...], tuple[tuple[int, int], ...]]:
+    """Beads, parents and rings of a `Molecule`; a `ValueError` marks where it cannot be read."""
 
     def refuse(start: int, problem: str) -> NoReturn:
         mistake = re.findall(r"[()]|[^\s()]*", architecture[start:])[0]
@@ -159,6 +168,7 @@ def tree_of(architecture: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
 
     beads: list[str] = []
     parents: list[int] = []
+    rings: list[tuple[int, int]] = []
     opened: list[tuple[int, int, int]] = []  # where a bracket is, its first bead, the one before
     last, place = -1, len(architecture) - len(architecture.lstrip())
     while place < len(architecture):
@@ -169,8 +179,8 @@ def tree_of(architecture: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
         if what == "(":
             opened.append((start, len(beads), last))
             continue
-        first, before = len(beads), last
-        if what != ")":
+        first, before, ring = len(beads), last, what == ")o"
+        if what[0] != ")":
             beads.append(what)
             parents.append(last)
             last = first
@@ -180,15 +190,20 @@ def tree_of(architecture: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
             start, first, before = opened.pop()
             if first == len(beads):
                 refuse(start, "the bracket is empty")
-            if times is None and first == (opened[-1][1] if opened else 0):
+            if times is None and not ring and first == (opened[-1][1] if opened else 0):
                 refuse(start, "there is no bead before this branch that it could hang on")
+            if ring:
+                if parents[last] in (-1, before, first):
+                    refuse(start, "a ring has three beads or more from its first to its last")
+                rings.append((first, last))
         size, copies = len(beads) - first, int(times or 1) - 1
         if len(beads) + size * copies > MOST_BEADS:
             refuse(start, f"more beads than {MOST_BEADS}, which is the most in one molecule")
-        inside = parents[first + 1 :]
+        inside, closed = parents[first + 1 :], [pair for pair in rings if pair[0] >= first]
         for shift in range(size, size * (copies + 1), size):
             parents += [last, *(parent + shift for parent in inside)]
             last += size
+            rings += [(one + shift, other + shift) for one, other in closed]
         beads += beads[first:] * copies
         if what == ")" and times is None:
             last = before
@@ -196,4 +211,29 @@ def tree_of(architecture: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
         refuse(opened[-1][0], "this bracket is not closed")
     if not beads:
         refuse(0, "there are no beads")
-    return tuple(beads), tuple(parents)
+    return tuple(beads), tuple(parents), tuple(sorted(rings))
+
+
+def written(beads: Sequence[str], parents: Sequence[int] | np.ndarray) -> str:
+    """The architecture of a tree whose beads are in the order of a walk, deeper first."""
+    words: list[str] = []
+    last, after = np.full(len(beads), -1), np.arange(1, len(beads) + 1)  # ends of branches
+    for bead in range(len(beads) - 1, 0, -1):
+        parent = parents[bead]
+        after[parent] = max(after[parent], after[bead])
+        last[parent] = max(last[parent], bead)
+    ends: list[int] = []  # where branches end that have begun
+    for bead, (name, parent) in enumerate(zip(beads, parents)):
+        while ends and ends[-1] == bead:
+            words.append(")")
+            ends.pop()
+        if parent >= 0 and last[parent] != bead:
+            words.append("(")
+            ends.append(after[bead])
+        words.append(name)
+    words += [")"] * len(ends)
+    runs = ((name, len(list(each))) for name, each in groupby(words))
+    return " ".join(
+        " ".join([name] * number if name in "()" else [name, str(number)][: 1 + (number > 1)])
+        for name, number in runs
+    )  # fmt: skip

@@ -12,7 +12,7 @@ import numpy as np
 from dpd.errors import UserError, shown, suggestion
 from dpd.page import NEEDED, Observable, Start, Term, find, is_table, names
 from dpd.page.own import load
-from dpd.scene.molecules import Joined, Molecule, joined, tree_of
+from dpd.scene.molecules import Joined, Molecule, graph_of, joined
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import attempt
 
@@ -52,6 +52,16 @@ class Settings:
                 )
             self.own_pages |= loaded
             self.page_files[path] = now
+
+    def _completed(self, data, folder):
+        """With what its start has to say of box and molecules, where the scene says nothing."""
+        given = data.get("start")
+        method = given.get("method") if isinstance(given, dict) else None
+        page = self._page(Start, method) if method in self._keys(Start) else Start
+        missing = [key for key in page.completes if key not in data]
+        start = self._section(Start, method, given, "start") if missing else None
+        there = start.found(folder, self.where).system() if start else {}
+        return data | {key: there[key] for key in missing if key in there}
 
     def _keys(self, kind):
         """Of all pages of a kind, those of one's own last."""
@@ -157,9 +167,10 @@ class Settings:
         """The kinds of molecules, in the scene's order."""
         kinds = []
         for kind in self.data["molecules"]:
-            beads, parents = tree_of(kind["architecture"])
+            beads, parents, rings = graph_of(kind["architecture"])
+            rings += tuple((min(pair), max(pair)) for pair in kind.get("bonds", ()))
             count = kind.get("count") or round(kind["density"] * self.volume / len(beads))
-            kinds.append(Molecule(beads, parents, count))
+            kinds.append(Molecule(beads, parents, tuple(sorted(rings)), count))
         return tuple(kinds)
 
     @cached_property

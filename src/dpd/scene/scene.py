@@ -71,7 +71,7 @@ class Scene(Settings):
 
     def _build(self, data, folder):
         self._load_pages(data.get("pages", []), folder)
-        self._read(data)
+        self._read(self._completed(data, folder))
         self.start = self.start.found(folder, self.where)
         self.data["start"] = self.start.plain()
         self.terms = {key: term.found(folder, self.where) for key, term in self.terms.items()}

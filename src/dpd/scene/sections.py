@@ -23,7 +23,7 @@ from dpd.page import (
     no_species,
     setting,
 )  # fmt: skip
-from dpd.scene.molecules import tree_of
+from dpd.scene.molecules import graph_of
 
 AXES = "xyz"
 CUTOFF = 1.0
@@ -35,6 +35,7 @@ MOST_CELLS = 2**26  # cells of one cutoff in the box: half a gigabyte of counter
 # which goes with the square of the density, by 2 %.
 MOST_MISSED = 0.01
 Edge = Annotated[float, Field(gt=0, le=1e6)]
+Number = Annotated[int, Field(ge=0)]
 
 
 class MoleculeKind(Section):
@@ -44,8 +45,13 @@ class MoleculeKind(Section):
         'A molecule as species and repeats, "A", "A 10" or "A 3 B 9 A 3". In brackets a branch, '
         'which hangs on the bead before it, "A 3 (B 2) (C 4 (D)) A 3"; or, with a number behind '
         'it, a group that is repeated along the chain, "(A 2 B) 4". A species is a letter, then '
-        "letters, digits, _, + or -, as W1, tail or Na+."
+        "letters, digits, _, + or -, as W1, tail or Na+. An o behind a bracket bonds its last bead "
+        'to its first, "(A 20)o".'
     )
+    bonds: list[Annotated[list[Number], Field(min_length=2, max_length=2)]] | None = setting(
+        "More bonds, by the numbers of its beads from 0, as {architecture: A 20, bonds: [[0, 9]]}: "
+        "with these it may be any network.", None,
+    )  # fmt: skip
     density: float | None = setting(
         "Beads of these molecules per r_c^dimension.", None, gt=0, le=1000
     )
@@ -54,8 +60,20 @@ class MoleculeKind(Section):
     @field_validator("architecture")
     @classmethod
     def _readable(cls, text):
-        tree_of(text)
+        graph_of(text)
         return text
+
+    def wrong_bonds(self) -> Refusals:
+        """Bonds of beads that there are not, or that are bonded already."""
+        beads, parents, rings = graph_of(self.architecture)
+        there = {*zip(parents, range(len(beads))), *rings}
+        for place, (one, other) in enumerate(self.bonds or ()):
+            pair = min(one, other), max(one, other)
+            if pair[1] >= len(beads):
+                yield str(place), f"{one}, {other}: allowed: two of 0 to {len(beads) - 1}"
+            elif pair in there or one == other:
+                yield str(place), f"{one}, {other}: bonded already, or the same bead; remove it"
+            there.add(pair)
 
 
 class Pairs(Section):
@@ -121,11 +139,13 @@ class Basics(Section):
     dimension: int = setting("Number of space dimensions.", ge=2, le=3)
     box: OneOrMore[Edge] = setting(
         "Edge of the periodic box, one number or one per axis; at least two cutoffs. Along an axis "
-        "with walls the distance of the two planes.", unit="r_c",
+        "with walls the distance of the two planes. If not given, that of the file of the start.",
+        unit="r_c",
     )  # fmt: skip
     molecules: list[MoleculeKind] = setting(
-        "What the box holds, in the order in which slabs are filled.", min_length=1
-    )
+        "What the box holds, in the order in which slabs are filled. If not given, what is in the "
+        "file of the start, with its bonds.", min_length=1,
+    )  # fmt: skip
     mass: dict[Species, Annotated[float, Field(ge=1e-3, le=1e6)]] | None = setting(
         "Mass of a bead of each species, as {A: 1, B: 2}; 1 for those that are not named.", None,
         unit="m", of="some species", min_length=1,
@@ -161,6 +181,7 @@ class Basics(Section):
         for place, kind in enumerate(self.molecules):
             if (kind.density is None) == (kind.count is None):
                 yield f"molecules.{place}", "needs a density or a count, and not both"
+            yield from inside(f"molecules.{place}.bonds", kind.wrong_bonds())
         edges = self.box if isinstance(self.box, list) else [self.box] * self.dimension
         if len(edges) != self.dimension:
             yield "box", f"{len(edges)} edges in {self.dimension} dimensions"
@@ -172,7 +193,7 @@ class Basics(Section):
             )
         total = 0.0
         for kind in self.molecules:  # before these are written out bead by bead
-            length = len(tree_of(kind.architecture)[0])
+            length = len(graph_of(kind.architecture)[0])
             total += max(
                 length, (kind.density or 0) * math.prod(edges) + (kind.count or 0) * length
             )

@@ -15,11 +15,12 @@ LAST_FRAME = -1  # of a file with several configurations
 class FromFile(Start, key="file"):
     """As it stands in a file."""
 
+    completes = "box", "molecules"
     path: str = setting(
         "GSD (.gsd), LAMMPS data (.data, .lmp, data.NAME), or a run.nc, start.nc or .checkpoint of "
-        "this program; it must have the box and the molecules of the scene, each of these with its "
-        "beads in the order of the architecture; at constant pressure its box is that of the "
-        "start. A relative path counts from the file of the scene.",
+        "this program; it must have the box and the molecules of the scene, if it names any, each "
+        "of these with its beads in the order of the architecture; at constant pressure its box is "
+        "that of the start. A relative path counts from the file of the scene.",
         min_length=1,
     )  # fmt: skip
     frame: int | None = setting(
@@ -36,6 +37,14 @@ class FromFile(Start, key="file"):
         path = os.path.abspath(os.path.join(folder, self.path))
         digest = self.sha256 or file_digest(path, where)
         return self.model_copy(update={"path": path, "sha256": digest})
+
+    def system(self) -> dict[str, Any]:
+        """Box and molecules that are in the file."""
+        from dpd.particles import read
+        from dpd.particles.particles import molecules_of
+
+        particles = read(self.path, self.read_frame)
+        return {"box": list(map(float, particles.box)), "molecules": molecules_of(particles)}
 
     def content(self) -> Any:
         return {key: value for key, value in self.plain().items() if key != "path"}

@@ -50,7 +50,7 @@ class Polymerize(Start, key="polymerize"):
         if not scene.has_bonds:
             yield "method", "'polymerize' has nothing to grow: no chains, no bond"
         for kind, given in zip(scene.molecules, scene.data["molecules"]):
-            if not kind.is_chain:
+            if not (kind.is_chain and kind.is_linear):
                 yield "method", f"'polymerize' grows chains; {given['architecture']!r} has branches"
 
     def decides(self, scene: Any) -> dict[str, Any]:

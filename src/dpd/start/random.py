@@ -40,8 +40,9 @@ class Random(Start, key="random"):
                 step = np.array(list(flight.values()))[numbers_of(flight, kind.species_along(2))]
                 step = step[:, None]
             first = rng.random((kind.count, 1, len(box))) * slab
-            steps = rng.normal(size=(kind.count, len(kind.beads) - 1, len(box)))
+            steps = rng.normal(size=(kind.count, len(kind.bonds), len(box)))
             steps *= step / np.linalg.norm(steps, axis=2, keepdims=True)
+            steps = closed(steps, kind)[:, : len(kind.tree)]
             steps = np.moveaxis(np.concatenate([first, steps], axis=1), 1, 2)
             x = np.moveaxis(kind.summed(steps), 2, 1)
             if self.in_slabs:
@@ -51,3 +52,18 @@ class Random(Start, key="random"):
         for axis in scene.ended:
             x[:, axis] = np.abs((x[:, axis] + box[axis]) % (2 * box[axis]) - box[axis])
         return x
+
+
+def closed(steps: np.ndarray, kind: Any) -> np.ndarray:
+    """Steps along all bonds of a molecule that are as near to these as rings let them be.
+
+    ``steps``: (molecules, bonds, dimension). In a ring all less their mean, a Brownian bridge.
+    """
+    way = np.zeros((len(kind.rings), len(kind.bonds)))  # of each ring, along bonds or against them
+    for ring, (one, other) in enumerate(kind.rings):
+        way[ring, len(kind.tree) + ring] = -1
+        for sign, bead in ((1, other), (-1, one)):
+            while bead > 0:
+                way[ring, bead - 1] += sign
+                bead = kind.parents[bead]
+    return steps - np.linalg.pinv(way) @ (way @ steps) if kind.rings else steps

@@ -129,10 +129,10 @@ class Snapshot:
         for kind in self.scene.molecules:
             count, length = kind.count, len(kind.beads)
             first = self.coordinates[:, bead : bead + count * length : length, None]
-            steps = vectors[:, bond : bond + count * (length - 1)]
-            steps = steps.reshape(self.dimension, count, length - 1)
+            steps = vectors[:, bond : bond + count * len(kind.bonds)]
+            steps = steps.reshape(self.dimension, count, -1)[:, :, : length - 1]
             found.append(kind.summed(np.concatenate([first, steps], axis=2)))
-            bead, bond = bead + count * length, bond + count * (length - 1)
+            bead, bond = bead + count * length, bond + count * len(kind.bonds)
         return found
 
     @cached_property

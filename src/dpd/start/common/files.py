@@ -12,11 +12,20 @@ import numpy as np
 from dpd import files
 from dpd.digests import start_sources
 from dpd.engine.loop import arrays_of, put_back
+from dpd.engine.space import along_axes, unfolded
 from dpd.engine.state import State
 from dpd.errors import UserError, shown
 from dpd.particles import read
 from dpd.particles.netcdf import STATE
-from dpd.particles.particles import UPRIGHT, Particles, of_state, shear_of, whole_images
+from dpd.particles.particles import (
+    UPRIGHT,
+    Particles,
+    each_molecule,
+    of_state,
+    shear_of,
+    spanned,
+    whole_images,
+)
 from dpd.scene.scene import Scene
 from dpd.start import start_description, start_digest
 from dpd.start.common.make import make_start, species_of, system_of, thermal_velocities
@@ -128,6 +137,14 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
         velocity = thermal_velocities(particles.position.shape, kT, rng, in_file)
         said.append(f"it has no velocities, so they are drawn at kT {kT:g}")
     position, image = particles.position[:, order], particles.image[:, order]
+    image = whole_images(scene.molecules, position, image, particles.box)
+    one, other = unfolded(position, image, particles.box)[:, scene.bonded.T].swapaxes(0, 1)
+    across = abs(along_axes(one - other, particles.box)) > np.array(particles.box)[:, None] / 2
+    if through := len(np.unique(particles.molecules[order[scene.bonded[across.any(axis=0), 0]]])):
+        said.append(
+            f"molecules that are bonded to their own images, as a gel is: {through}; the sizes of "
+            "such a one, as its radius of gyration, are those of one image"
+        )
     for sentence in said:
         say(f"{path}: {sentence}")
     identity = np.arange(len(order), dtype=np.uint32)
@@ -135,7 +152,7 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
         position, velocity[:, order], None, identity, species, 0,
         slid=_slid(scene, particles.box, path),
         box=particles.box if scene.barostat_axes else None,
-        image=whole_images(scene.molecules, position, image, particles.box),
+        image=image,
     )  # fmt: skip
 
 
@@ -173,22 +190,22 @@ def _between_walls(scene, particles, path):
 def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     """(n,) int64 numbers in the file of the scene's beads; `UserError` for another system.
 
-    Molecules of a kind come in the order of their first beads, their beads as in the architecture.
+    Molecules of a kind come in the order of their first beads; their beads as in the architecture,
+    or in an order in which a walk from the first bead, deeper first, comes to the same.
     """
     _check_box(scene, particles, path)
     species, order = _numbers_of_species(scene, particles, path), []
     own, bonds = (np.unique(np.sort(each), axis=0) for each in (scene.bonded, particles.bonds))
     if np.array_equal(species, scene.kinds) and np.array_equal(own, bonds):
         return np.arange(len(species))
-    molecule, found = particles.molecules, defaultdict(list)
-    each = np.split(np.argsort(molecule, kind="stable"), np.cumsum(np.bincount(molecule))[:-1])
-    of = np.searchsorted(np.sort(molecule[bonds[:, 0]]), np.arange(1, len(each)))
-    bonds = bonds[np.argsort(molecule[bonds[:, 0]], kind="stable")]
-    for beads, inside in sorted(zip(each, np.split(bonds, of)), key=lambda both: both[0][0]):
-        found[_content(species[beads], np.searchsorted(beads, inside))].append(beads)
+    found = defaultdict(list)
+    for beads, inside in each_molecule(particles):
+        key, walk = _content(species[beads], inside)
+        found[key].append(beads[walk])
     for kind, given in zip(scene.molecules, scene.data["molecules"]):
         own = np.array([scene.species.index(name) for name in kind.beads])
-        there = found[_content(own, np.unique(kind.bonds, axis=0))]
+        key, walk = _content(own, np.unique(kind.bonds, axis=0))
+        there = [beads[np.argsort(walk)] for beads in found[key]]
         if len(there) < kind.count:
             raise UserError(
                 f"{path}: it has {len(there)} molecules {shown(given['architecture'], str)} for "
@@ -196,7 +213,7 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
                 "another, or write 'molecules' as it has them, with beads in the same order"
             )
         order += there[: kind.count]
-        del there[: kind.count]
+        del found[key][: kind.count]
     if more := sum(map(len, found.values())):
         raise UserError(
             f"{path}: it has {more} molecules more than {scene.where} (in the file: "
@@ -206,8 +223,9 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
 
 
 def _content(species, bonds):
-    """What tells kinds of molecules apart: species of beads, and bonds by their places in it."""
-    return species.astype(np.uint8).tobytes(), bonds.astype(np.int64).tobytes()
+    """What tells kinds of molecules apart, and the walk through one in which it is found."""
+    walk, parents, rings = spanned(len(species), bonds)
+    return (species[walk].tobytes(), parents.tobytes(), rings.tobytes()), walk
 
 
 def _check_box(scene, particles, path):

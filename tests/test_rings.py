@@ -1,0 +1,90 @@
+"""Rings and networks: how they are written, read from files, placed, and how large they are."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+import dpd
+from dpd.errors import UserError
+from dpd.folders import PACKAGE
+from dpd.particles import read, write
+from dpd.particles.particles import Particles, spanned
+from dpd.scene.molecules import graph_of, written
+from dpd.scene.scene import Scene
+from dpd.scene.yaml import read_yaml
+from dpd.start.common.make import make_start
+from tests.conftest import SCENE
+from tests.test_trees import WRITTEN
+
+RINGS = read_yaml(PACKAGE / "scenes" / "rings.yaml")
+
+
+def test_rings_are_written():
+    """An o closes a group, whatever hangs on it; copies are closed too; nothing shorter is one."""
+    assert graph_of("(A 3)o")[1:] == ((-1, 0, 1), ((0, 2),))
+    assert graph_of("A ((B 3)o) (A (B) A 2)o 2")[1:] == (
+        (-1, 0, 1, 2, 0, 4, 4, 6, 7, 8, 8, 10), ((1, 3), (4, 7), (8, 11)),
+    )  # fmt: skip
+    for text in ("(A 2)o", "(A (B 3))o", "A)o"):
+        with pytest.raises(ValueError, match=r"three beads or more|no bracket is open"):
+            graph_of(text)
+    chain = {"architecture": "A 20", "count": 60, "bonds": [[19, 0]]}
+    same = Scene(RINGS | {"molecules": [chain, RINGS["molecules"][1]]})
+    assert same.bonded.tolist() == Scene(RINGS).bonded.tolist()
+    for pair, said in (([1, 0], "bonded already"), ([3, 20], "allowed: two of 0 to 19")):
+        with pytest.raises(UserError, match=rf"molecules\.0\.bonds\.0: .*{said}"):
+            Scene(RINGS | {"molecules": [chain | {"bonds": [pair]}]})
+
+
+@given(WRITTEN)
+def test_a_walk_through_a_molecule(text):
+    """Comes to the beads in the order in which they are written, and is written as that."""
+    beads, parents, _ = graph_of(text)
+    bonds = np.array([pair for pair in enumerate(parents) if pair[1] >= 0], int).reshape(-1, 2)
+    order, found, rings = spanned(len(beads), bonds)
+    assert order.tolist() == list(range(len(beads))) and not len(rings)
+    assert graph_of(written(beads, found)) == (beads, parents, ())
+
+
+def test_sizes_of_ideal_rings():
+    """(N^2 - 1) b^2 / (12 N) and twice as much, as the shipped scene says; the same on threads."""
+    run = dpd.run(RINGS, progress=False)
+    blocks = run.gyration_square.values.reshape(10, 5, 2).mean(axis=1)
+    error = blocks.std(axis=0, ddof=1) / np.sqrt(10)
+    exact = 399 / 240 * 3 / 4 * np.array([1, 2])
+    assert (np.abs(blocks.mean(axis=0) - exact) < 4 * error).all() and (error < 0.1).all()
+    assert np.isnan(run.end_to_end_square[:, 0]).all() and (run.end_to_end_square[:, 1] > 0).all()
+    short = RINGS | {"steps": {"sample": 200}, "angle": {"stiffness": 2}}
+    one, two = (dpd.run(short, progress=False, threads=n).kT for n in (1, 2))
+    assert one.equals(two)
+
+
+def test_a_gel_from_a_file(tmp_path):
+    """A network through all faces, which is said, and a chain: box and molecules are the file's."""
+    places = np.array([*product(range(4), repeat=3), (9, 0, 0), (10, 0, 0), (11, 0, 0)])
+    number = {tuple(place): k for k, place in enumerate(places.tolist())}
+    ways = [(tuple(p), tuple((p + way) % 4)) for p in places[:64] for way in np.eye(3, dtype=int)]
+    bonds = np.array([*((number[a], number[b]) for a, b in ways), (64, 65), (65, 66)])
+    order = np.random.default_rng(1).permutation(67)
+    still = np.zeros((3, 67))
+    write(Particles(
+        (4.0,) * 3, (places[np.argsort(order)].T + 0.1) % 4, still.astype(np.int32), still,
+        np.zeros(67, np.uint8), ("A",), order[bonds].astype(np.uint32),
+    ), tmp_path / "gel.data")  # fmt: skip
+    scene = {key: SCENE[key] for key in ("dimension", "repulsion", "integrator")} | {
+        "bond": {"stiffness": 20, "length": 0.9}, "steps": {"sample": 40}, "observe": ["chains"],
+        "start": {"method": "file", "path": str(tmp_path / "gel.data")}, "keep_state": True,
+    }  # fmt: skip
+    found = {len(kind.beads): kind for kind in Scene(scene).molecules}
+    assert found.keys() == {3, 64} and len(found[64].rings) == 3 * 64 - 63
+    make_start(Scene(scene), say=(said := []).append)
+    assert any("bonded to their own images, as a gel is: 1;" in sentence for sentence in said)
+    dpd.run(scene, output=tmp_path / "run.nc", progress=False)
+    write(read(tmp_path / "run.nc"), tmp_path / "gel.gsd")
+    one, two = (
+        dpd.run(scene | {"start": {"method": "file", "path": str(tmp_path / name)}}, progress=False)
+        for name in ("gel.gsd", "run.nc")
+    )
+    np.testing.assert_allclose(one.gyration_square, two.gyration_square, rtol=1e-6)
