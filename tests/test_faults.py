@@ -90,23 +90,6 @@ def test_a_result_goes_to_a_file_of_its_own_or_nowhere(folder, dpd, stage, name)
     assert_refused(dpd(*STAGES[stage], "-o", output), before)
 
 
-STAGES_OF_TEXT = {
-    "compile": ("smoke", POINT[1], "-o", "made.txt"),
-    "verdicts": ("some.csv", "-o", "made.csv"),
-    "report": ("smoke", POINT[1], "--results", "results", "-o", "made.html"),
-}
-
-
-@pytest.mark.parametrize("stage", STAGES_OF_TEXT)
-@pytest.mark.parametrize("make", [device, os.mkdir])
-def test_no_stage_replaces_what_is_no_file(folder, dpd, stage, make, monkeypatch):
-    """The same for files that are no results of runs."""
-    monkeypatch.setattr("dpd.pipeline.jobs.compile_for", lambda scenes: ["compiled"])
-    *words, output = STAGES_OF_TEXT[stage]
-    make(output)
-    assert_refused(dpd(stage, *words, output), everything(), output)
-
-
 @pytest.mark.parametrize("bad", [np.nan, None])
 def test_a_start_that_is_no_good_is_refused(folder, dpd, bad):
     """A sentence that names the file; no run."""

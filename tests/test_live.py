@@ -79,7 +79,9 @@ KINDS = {
         "pressure": {"target": 30, "time": 0.3}, "pairs": {"search": "list"}, "schedule": HOTTER,
     } | EXACT,
     "walls": {"walls": {"axis": "z", "repulsion": 200, "gamma": 4}, "schedule": HOTTER} | EXACT,
-    "shear": {"shear": {"rate": 0.1}, "schedule": HOTTER} | EXACT,
+    "shear": {
+        "shear": {"rate": 0.1}, "schedule": [*HOTTER, {"step": 140, "set": {"shear.rate": 0}}],
+    } | EXACT,
 }  # fmt: skip
 
 
@@ -93,7 +95,6 @@ def test_a_schedule_goes_on_where_it_was_stopped(tmp_path, kind):
 
 def test_times_are_those_of_steps_that_were_taken():
     """Of series, of functions, and of the simulation."""
-
     sim = dpd.Simulation(CHAINS, progress=False)
     sim.run(80)
     sim.set(dt=0.01)
@@ -123,13 +124,44 @@ def test_what_is_set_acts():
     assert hot.kT == pytest.approx((hot.velocities**2).sum() / (3 * 373), rel=1e-6)
 
 
+def test_ramps_are_schedules():
+    """From one value to the other over the sampling, or before it; the heat of a ramp is in kT."""
+    ramp = {
+        "thermostat": {"kT": {"from": 1, "to": 2}},
+        "integrator": {"scheme": "dpd-vv", "dt": 0.02},
+        "repulsion": {"A A": {"from": 5, "to": 25, "over": "equilibrate"}, "A B": 30, "B B": 25},
+    }
+    scene = Scene(CHAINS | ramp | {"steps": {"equilibrate": 400, "sample": 8000}})
+    made = scene.data["schedule"]
+    assert made[0] == {"step": 0, "set": {"repulsion.A A": 5.1}} and len(made) == 201
+    assert made[101] == {"step": 400, "set": {"thermostat.kT": 1.005}}
+    run = dpd.run(scene, progress=False)
+    kT = run.kT.values.reshape(8, -1).mean(axis=1)
+    np.testing.assert_allclose(kT, 1 + (np.arange(8) + 0.5) / 8, atol=0.06)
+    with pytest.raises(dpd.UserError, match=r"thermostat\.kT: .* allowed: {from: NUMBER"):
+        Scene(CHAINS | {"thermostat": {"kT": {"from": 1, "to": "x"}}})
+
+
+def test_rest_after_shear():
+    """Images stay as far slid as they are, and the stress of the flow goes, when told to."""
+    scene = CHAINS | EXACT | {"shear": {"rate": 0.25}, "observe": [{"thermo": {"every": 1}}]}
+    sim = dpd.Simulation(scene, progress=False)
+    sim.run(9999, until=lambda snapshot: snapshot.step > 1036, every=20)
+    tilt = sim.snapshot().lattice.tilt
+    sim.set({"shear.rate": 0})
+    sim.run(1000)
+    assert sim.snapshot().lattice.tilt == pytest.approx(tilt, abs=1e-12) and tilt != 0
+    stress = sim.result().pressure_tensor[:, 0, 1].values
+    assert stress[:1000].mean() < -0.15 and abs(stress[1200:].mean()) < 0.1
+
+
 WRONG = {
     "no key": (
         {"boxx": 4},
         "'boxx' cannot change while the system runs; allowed: bond, integrator",
     ),
     "a setting": ({"integrator.dtt": 1}, "unknown key 'dtt'; allowed: .* did you mean 'dt'"),
-    "what slides": ({"shear.rate": 0.2}, "neither that nor dt can change"),
+    "what slides": ({"shear.gradient": "z"}, "'shear' cannot become this while the system runs"),
     "what begins": ({"body_force.strength": 1}, "'body_force' would begin or cease to act"),
     "the pace": ({"integrator.dt": 0.02}, "'displacement' needs steps of one length while it"),
 }

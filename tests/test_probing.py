@@ -1,9 +1,7 @@
 """Scheme auto: what it promises of kT and pressure holds, or it promises nothing."""
 
-import os
 import signal
 from contextlib import nullcontext
-from itertools import count
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -96,18 +94,6 @@ def test_a_run_that_goes_on_keeps_its_step(folder, dpd, monkeypatch):
     attributes = files.read("run.nc")[1]
     assert attributes["chosen"] == looked[0].chosen["said"]
     assert attributes["scene_digest"] == looked[0].digest
-
-
-@pytest.mark.parametrize("calls", [0, 50])
-def test_a_search_for_a_step_can_be_stopped(folder, dpd, monkeypatch, calls):
-    """A signal ends it at its next look, whatever it does; nothing is left."""
-    Path("scene.yaml").write_text(yaml.safe_dump(AUTO))
-    asked = count()
-    stop = nullcontext(lambda: signal.SIGTERM * (next(asked) >= calls))
-    monkeypatch.setattr(running, "stop_on", lambda signals: stop)
-    code, errors = dpd("run", "scene.yaml", "-o", "run.nc")
-    assert (code, errors) == (143, "error: stopped before the first step, as asked\n")
-    assert os.listdir() == ["scene.yaml"]
 
 
 def test_the_thermostat_time_is_that_of_a_hot_start():

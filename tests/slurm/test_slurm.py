@@ -121,8 +121,7 @@ def test_a_study_survives(cluster, expected, tmp_path, fault):
             process.kill()
     text = (folder / "said").read_text()
     assert code == 0 and said in text, text[-5000:]
-    # A job of four runs, and the long one, which is tried again.
-    assert len(set(re.findall(r" output: (\S+\.made)", text))) == 2
+    assert len(set(re.findall(r" output: (\S+\.made)", text))) == 2  # of four runs, of the long one
     log = folder / "results" / "quick" / "logs" / "mine" / "runs" / "long" / "0.log"
     # The last try goes on from a checkpoint, or finds what the one before has finished in time.
     assert re.search("a run to resume may be in|is there already", log.read_text())

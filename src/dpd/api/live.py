@@ -3,7 +3,7 @@
 import os
 import signal
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -122,8 +122,20 @@ class Simulation:
         """Beads as they are now, as observables of one's own see them."""
         return snapshot_of(self._scene, self._engine)
 
-    def run(self, steps: int) -> None:
-        """Go on for some steps; Ctrl-C stops it, and it can go on from there."""
+    def run(
+        self, steps: int, until: Callable[[Snapshot], object] | None = None, every: int = 100
+    ) -> None:
+        """Go on for some steps; Ctrl-C stops it, and it can go on from there.
+
+        ``until`` sees a snapshot every so many steps, and ends it where it returns what is true.
+        """
+        if until is not None:
+            end = self.step + whole("steps", steps)
+            while self.step < end:
+                self.run(min(whole("every", every), end - self.step))
+                if until(self.snapshot()):
+                    break
+            return
         first, since = self.step, time.perf_counter()
         sample = first + whole("steps", steps) - self._equilibrate
         if sample > self._room:

@@ -82,9 +82,11 @@ def run(
 def _entered(simulation, systems, stop):
     """Let a simulation go on with the system of its step; how far that goes, at most to a stop."""
     now = simulation.state.step
-    for step, system in [each for each in systems if each[0] <= now][-1:]:
-        if system is not simulation.system:
-            simulation.go_on_with(system, anew=step == now)
+    entered = [each for each in systems if each[0] <= now] or [(0, simulation.system)]
+    *former, (step, system) = entered
+    if system is not simulation.system:
+        before = former[-1][1] if former and step == now else None
+        simulation.go_on_with(system, anew=step == now, before=before)
     return min([stop, *(step for step, _ in systems if step > now)])
 
 

@@ -11,7 +11,16 @@ from dpd.engine.forces import angles_of, bonds_of, buffers_of, cache_buffers
 from dpd.engine.integrate import row_edges, times_of
 from dpd.engine.neighbours import line_buffers, list_buffers, pair_buffers
 from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
-from dpd.engine.space import cell_buffers, edges_of, grid_of, slide_of, tilted, unfolded, wrapped
+from dpd.engine.space import (
+    begun_for,
+    cell_buffers,
+    edges_of,
+    grid_of,
+    slide_of,
+    tilted,
+    unfolded,
+    wrapped,
+)
 from dpd.engine.state import Beads, State, Sums, System
 from dpd.engine.step import OF_CACHED, OF_LINE, OF_LIST, Own, Plan, Shared, Span, advance
 from dpd.engine.threads import new_team, started
@@ -82,13 +91,20 @@ class Simulation(Snapshot):
     def close(self) -> None:
         """End what else works on it."""
 
-    def go_on_with(self, system: System, anew: bool = False) -> None:
-        """Go on with a system of the same beads in the same box; if anew, forces come first."""
+    def go_on_with(self, system: System, anew: bool = False, before: System | None = None) -> None:
+        """Go on with a system of the same beads in the same box; if anew, forces come first.
+
+        ``before``: what acted up to this step, if it was another system.
+        """
         if system.scheme.exchange is not None and self._threads > 1:
             raise UserError(
                 f"{self._threads} threads: in this scheme pairs exchange momentum one after the "
                 "other, so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
+        if before is not None and before.shear is not None and system.shear is not None:
+            past = before.shear, before.dt, self.state.slid or 0
+            slid = begun_for(system.box, system.shear, system.dt, self.state.step, past)
+            self.state = replace(self.state, slid=slid)
         self.system = system
         if anew:
             self.state = replace(self.state, force=None, reference=None)

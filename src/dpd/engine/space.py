@@ -92,6 +92,17 @@ def tilted(
     return found
 
 
+def begun_for(
+    box: Sequence[float], shear: Shear, dt: float, step: int, before: tuple[Shear, float, int]
+) -> int:
+    """``begun`` of a box whose images slide on at another rate from a step on.
+
+    ``before``: the shear, time step and ``begun`` up to there.
+    """
+    old, new = tilted(box, before[0], before[1], step, before[2]), tilted(box, shear, dt, step)
+    return (before[2] + (int(old.slide.parts) - int(new.slide.parts)) * step) % TURN  # type: ignore[attr-defined]
+
+
 def edges_of(box: Sequence[float]) -> tuple[float, ...]:
     """The edges alone, as kernels take them."""
     return tuple(map(float, box))

@@ -275,6 +275,10 @@ class Term(Page):
         """What it does to the world in a scene."""
         return self.makes
 
+    def may_become(self, other: Any) -> bool:
+        """Whether it may have the settings of another one of its kind while the system runs."""
+        return True
+
     def unknown(self, scene: Any) -> Refusals:
         """Tables by pairs, or along bonds, that do not fit the species."""
         there = scene.species_along(self.joins) if self.joins else scene.pairs

@@ -249,7 +249,8 @@ def of_scene(
 
 def of_state(scene: Scene, state: State) -> Particles:
     """The beads of a state, by their identities."""
-    box = box_at(scene, state.step, state.slid) if state.box is None else state.box
+    now = scene.during(state.step - 1, max(state.step, 1))[-1]  # with the rate that holds
+    box = box_at(now, state.step, state.slid) if state.box is None else state.box
     position, velocity = (state.by_identity(each) for each in (state.position, state.velocity))
     return of_scene(scene, box, position, state.image, velocity, state.step)
 

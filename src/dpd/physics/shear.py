@@ -36,7 +36,11 @@ class SteadyShear(Term, key="shear"):
         Change.STRETCHES: "takes the box to keep its size, for which alone it is known how far "
         "images have slid"
     }
-    rate: float = setting("Shear rate, positive or negative.", unit="1 / tau", ge=-1000, le=1000)
+    rate: float = setting(
+        "Shear rate, positive or negative. With 0 the fluid rests, and images stay as far slid as "
+        "they are: as a file has them, or after a shear that a schedule ends.",
+        unit="1 / tau", ge=-1000, le=1000,
+    )  # fmt: skip
     flow: Literal["x", "y"] = setting("Axis along which the fluid flows.", "x", of="axis")
     gradient: Literal["y", "z"] = setting(
         "Axis along which its speed grows, after the other in x, y, z.", "y", of="axis"
@@ -50,11 +54,12 @@ class SteadyShear(Term, key="shear"):
 
     def conflicts(self) -> Refusals:
         """Files could not hold the tilted box of axes in another order."""
-        if self.rate == 0:
-            yield "rate", "0 is no shear; allowed: a number that is not 0. Or remove the key"
         if self.flow >= self.gradient:
             text = f"{self.gradient!r} is the axis of the flow itself; allowed: an axis after it"
             yield "gradient", text
+
+    def may_become(self, other: Any) -> bool:
+        return self.axes() == other.axes()
 
     def refuses(self, scene: Any) -> Refusals:
         flow, gradient = self.axes()

@@ -20,6 +20,7 @@ from dpd.scene.reading import Settings
 from dpd.scene.sections import AXES, CUTOFF, densities, limits, missed_by, unknown_names
 from dpd.scene.yaml import changed, read_yaml, value_of
 
+RAMP = 100  # stages at most, over which a value goes evenly from one to another
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 
 
@@ -71,7 +72,8 @@ class Scene(Settings):
 
     def _build(self, data, folder):
         self._load_pages(data.get("pages", []), folder)
-        self._read(self._completed(data, folder))
+        data, ramps = without_ramps(self._completed(data, folder))
+        self._read(data)
         self.start = self.start.found(folder, self.where)
         self.data["start"] = self.start.plain()
         self.terms = {key: term.found(folder, self.where) for key, term in self.terms.items()}
@@ -88,6 +90,9 @@ class Scene(Settings):
             self.observe[key] = page.model_copy(update={"every": every})
         self.refuse(self.unobserved(self.made))
         self.stages = [Stage(0, self)]
+        if ramps:
+            stages = [*self.data.get("schedule", []), *stages_of(ramps, *self.steps)]
+            self.data["schedule"] = sorted(stages, key=lambda each: each["step"])
         for place, each in enumerate(self.data.get("schedule", [])):
             where = f"{self.where}: schedule.{place}"
             if each["step"] > (end := sum(self.steps)):
@@ -364,9 +369,47 @@ def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> N
         )
     if now.period != scene.period:
         refuse("beads would need another room behind walls; take stiffer walls from the beginning")
-    key = scene.made.get(Change.SLIDES, "")
-    if key and (now.dt, now.terms[key]) != (scene.dt, scene.terms[key]):
-        refuse(f"images slide evenly: with {key!r} neither that nor dt can change")
+    for key, term in scene.terms.items():
+        if not term.may_become(now.terms[key]):
+            refuse(f"{key!r} cannot become this while the system runs: its axes stay")
     if now.dt != last.scene.dt and step > scene.steps.equilibrate:
         scene.refuse(scene.unobserved(scene.made | {Change.VARIES: "schedule"}))
     scene.stages.append(Stage(step, now))
+
+
+def without_ramps(data: Any, inside: str = "") -> tuple[Any, dict[str, dict[str, Any]]]:
+    """A scene with each ``{from: 1, to: 2}`` as its first value; and those, by their keys."""
+    if not isinstance(data, dict):
+        return data, {}
+    if data.keys() - {"over"} == {"from", "to"}:
+        numbers = all(isinstance(data[end], int | float) for end in ("from", "to"))
+        if not numbers or data.get("over", "sample") not in ("equilibrate", "sample"):
+            allowed = "allowed: {from: NUMBER, to: NUMBER}, and over: equilibrate, or sample"
+            raise UserError(f"{inside}: {shown(data)}: {allowed}")
+        return data["from"], {inside: data}
+    found: dict[str, dict[str, Any]] = {}
+    plain = {}
+    for key, value in data.items():
+        plain[key], more = without_ramps(value, f"{inside}.{key}".removeprefix("."))
+        found |= more
+    return plain, found
+
+
+def stages_of(
+    ramps: Mapping[str, Mapping[str, Any]], equilibrate: int, sample: int
+) -> list[dict[str, Any]]:
+    """Values that go evenly from one to another, in `RAMP` stages: a schedule.
+
+    Over sampling, or over equilibration, if it says so; each stage has the value of its middle.
+    """
+    found = []
+    for key, ramp in ramps.items():
+        early = ramp.get("over") == "equilibrate"
+        begin, steps = (0, equilibrate) if early else (equilibrate, sample)
+        stages, rise = min(RAMP, steps), ramp["to"] - ramp["from"]
+        for k in range(stages):
+            value = ramp["from"] + rise * (k + 0.5) / stages
+            found.append({"step": begin + k * steps // stages, "set": {key: value}})
+        if early:
+            found.append({"step": equilibrate, "set": {key: ramp["to"]}})
+    return found
