@@ -53,7 +53,8 @@ def test_what_a_scene_leaves_to_us():
     expected = 1 / (3 + 2 * np.pi / 30 * 25 * 9)
     assert law["compressibility"] == pytest.approx(expected, rel=1e-3)
     assert law["every"] == round(0.5 / 5 / 0.04)
-    assert system_of(scene).pressure == (23.7, 0.5, law["compressibility"], (0, 1, 2), law["every"])
+    given = 23.7, 0.5, law["compressibility"], (0, 1, 2), law["every"]
+    assert system_of(scene).pressure[:5] == given
     again = Scene(scene.data)
     assert again.data == scene.data and again.digest == scene.digest
 

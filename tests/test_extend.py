@@ -51,7 +51,8 @@ IN_PLANE = CHAINS | {  # with so many frames that the index of their file grows 
 IN_SPACE = CHAINS | {
     "dimension": 3,
     "box": [4, 4.5, 5],
-    "observe": [*CHAINS["observe"], {"passes": {"every": 6}}, {"trajectory": {"every": 9}}],
+    "observe": CHAINS["observe"]
+    + [{name: {"every": 9}} for name in ("passes", "trajectory", "membrane")],
     "integrator": {"scheme": "dpd-vv", "dt": 0.02},
 }
 FLUID = SCENE | {

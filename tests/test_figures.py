@@ -152,20 +152,6 @@ def test_two_kinds_of_noise(apart, verdict):
     assert judge(limits, found).verdict == verdict
 
 
-def test_best_lambda_is_where_the_temperature_is_right():
-    """Zero of a parabola through kT - 1."""
-    factor = np.array([0.5, 0.55, 0.6, 0.65, 0.7])
-    data = xr.Dataset(
-        {
-            "at_lambda": ("lambda", -0.4 * (factor - 0.67) + 0.3 * (factor - 0.67) ** 2),
-            "at_lambda_error": ("lambda", np.full(5, 0.002)),
-        },
-        {"lambda": factor},
-    )
-    temperature = module("text_temperature")
-    assert temperature.best_lambda(data).value == pytest.approx(0.67)
-
-
 def widths_over(chi, power):
     """Interface widths of Eq. 35, where their inverse squares are a line in chi to a power."""
     true = 3.24 / np.sqrt(3 * (chi - 2.39) ** power)

@@ -132,8 +132,10 @@ def test_ramps_are_schedules():
         "repulsion": {"A A": {"from": 5, "to": 25, "over": "equilibrate"}, "A B": 30, "B B": 25},
     }
     scene = Scene(CHAINS | ramp | {"steps": {"equilibrate": 400, "sample": 8000}})
-    made = scene.data["schedule"]
-    assert made[0] == {"step": 0, "set": {"repulsion.A A": 5.1}} and len(made) == 201
+    assert (made := scene.data["schedule"])[0] == {
+        "step": 0,
+        "set": {"repulsion.A A": 5.1},
+    } and len(made) == 201
     assert made[101] == {"step": 400, "set": {"thermostat.kT": 1.005}}
     run = dpd.run(scene, progress=False)
     kT = run.kT.values.reshape(8, -1).mean(axis=1)

@@ -14,7 +14,6 @@ from snakemake.cli import get_argument_parser
 from docs import pages as documents
 from docs.pages import pages, rendered, run_table
 from dpd import __version__
-from dpd.analysis.collect import RECORDED
 from dpd.analysis.verdicts import COLUMNS
 from dpd.commands.main import new_parser
 from dpd.folders import PACKAGE, ROOT
@@ -128,12 +127,6 @@ def test_the_python_of_the_readme_asks_for_what_the_scene_observes():
     rows = run_table()
     assert asked and asked <= {variable for name, variable, *_ in rows if name in observed}
     assert {name for name, *_ in rows} == {*names(Observable)} - {"trajectory"}
-
-
-def test_the_page_says_what_a_sweep_file_has():
-    """What is recorded of each run is in its table."""
-    rows = re.findall(r"^\| `(\w+)` \| ", (ROOT / "config" / "README.md").read_text(), re.M)
-    assert RECORDED.keys() <= set(rows)
 
 
 def test_the_ratios_of_the_readme_are_those_of_the_benchmark():

@@ -16,6 +16,7 @@ from dpd.scene.scene import Scene
 from dpd.scene.yaml import read_yaml
 from dpd.start.common.make import make_start
 from tests.conftest import SCENE
+from tests.systems import look
 from tests.test_trees import WRITTEN
 
 RINGS = read_yaml(PACKAGE / "scenes" / "rings.yaml")
@@ -64,14 +65,13 @@ def test_sizes_of_ideal_rings():
 def test_a_gel_from_a_file(tmp_path):
     """A network through all faces, which is said, and a chain: box and molecules are the file's."""
     places = np.array([*product(range(4), repeat=3), (9, 0, 0), (10, 0, 0), (11, 0, 0)])
-    number = {tuple(place): k for k, place in enumerate(places.tolist())}
-    ways = [(tuple(p), tuple((p + way) % 4)) for p in places[:64] for way in np.eye(3, dtype=int)]
-    bonds = np.array([*((number[a], number[b]) for a, b in ways), (64, 65), (65, 66)])
+    ways, steps = np.eye(3, dtype=int), (16, 4, 1)
+    bonds = [(k, (place + way) % 4 @ steps) for k, place in enumerate(places[:64]) for way in ways]
     order = np.random.default_rng(1).permutation(67)
     still = np.zeros((3, 67))
     write(Particles(
         (4.0,) * 3, (places[np.argsort(order)].T + 0.1) % 4, still.astype(np.int32), still,
-        np.zeros(67, np.uint8), ("A",), order[bonds].astype(np.uint32),
+        np.zeros(67, np.uint8), ("A",), order[[*bonds, (64, 65), (65, 66)]].astype(np.uint32),
     ), tmp_path / "gel.data")  # fmt: skip
     scene = {key: SCENE[key] for key in ("dimension", "repulsion", "integrator")} | {
         "bond": {"stiffness": 20, "length": 0.9}, "steps": {"sample": 40}, "observe": ["chains"],
@@ -88,3 +88,25 @@ def test_a_gel_from_a_file(tmp_path):
         for name in ("gel.gsd", "run.nc")
     )
     np.testing.assert_allclose(one.gyration_square, two.gyration_square, rtol=1e-6)
+    law = {"target": 1, "axes": "xy-z", "tension": 6, "time": 0.5, "compressibility": 0.02}
+    held = {"pressure": law, "bond": {"stiffness": 60, "length": 1.15}, "observe": ["thermo"]}
+    sim, edges = dpd.Simulation(scene | held | {"steps": {"equilibrate": 2000}}, progress=False), []
+    sim.run(20_000, until=lambda snapshot: edges.append(snapshot.box[2]), every=50)
+    x, y, z = sim.result().pressure_tensor.mean("time").values.diagonal()
+    assert z == pytest.approx(1, abs=0.2)
+    assert np.mean(edges) * (z - (x + y) / 2) == pytest.approx(6, abs=0.6)
+
+
+def test_a_membrane():
+    """Upright lipids, heads 4.2 r_c apart through the face of the box, of which one lies down."""
+    lipids = {"architecture": "H (T 2) T 2", "count": 8}
+    scene = RINGS | {"box": [4, 5, 9], "molecules": [lipids, {"architecture": "W", "count": 3}]}
+    scene["repulsion"] = {f"{i} {j}": 25 for i, j in ("HH", "HT", "HW", "TT", "TW", "WW")}
+    up = np.array([[0, 0, 2.1], [0, 0, 1.1], [0, 0, 0.1], [0.1, 0, 1.1], [0.1, 0, 0.1]])
+    sides = [up * [1, 1, side] + [0.4 * k, 1, 8.9] for k in range(4) for side in (1, -1)]
+    sides[0] = sides[0][:, [2, 1, 0]] - sides[0][:1, [2, 1, 0]] + sides[0][:1]
+    place = np.concatenate([*sides, np.full((3, 3), 4.0)]) % [4, 5, 9]
+    found = look(scene, {"membrane": {"every": 20}}, place.T)
+    first = {name: found[name][0] for name in ("area_per_molecule", "height", "thickness")}
+    assert first == pytest.approx({"area_per_molecule": 5, "height": 9, "thickness": 3.36})
+    assert found["tail_order"][0] == pytest.approx(1 - 1.5 * 2 / 16)

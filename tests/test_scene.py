@@ -37,6 +37,8 @@ def test_steps_and_digest_follow_the_content():
     plain = Scene(GOOD).digest
     assert Scene(GOOD | {"seed": 1, "thermostat": {"gamma": 4.5}}).digest == plain
     assert Scene(GOOD | {"seed": 2}).digest != plain
+    assert Scene(GOOD | {"observe": [{"thermo": {"pressure": True}}]}).digest == plain
+    assert Scene(GOOD | {"observe": [{"thermo": {"pressure": False}}]}).digest != plain
 
 
 MELT = {

@@ -15,8 +15,7 @@ from dpd.digests import (
 from dpd.folders import PACKAGE
 from dpd.page import Observable, names
 from dpd.pipeline.paper import read_config, read_paper
-from dpd.scene.scene import Scene
-from tests.conftest import SCENE, python
+from tests.conftest import python
 from tests.test_pipeline import copy_repository
 
 CODE = '''"""What it is for."""
@@ -229,10 +228,3 @@ def test_an_edit_changes_what_it_decides(copy, module, has):
     figures = of_kind(names, "figure") - {FIGURE_OF_CHAINS}
     assert ("figure groot_warren_1997 fig06_interface" in figures) == (room == "analysis")
     assert not any("nikunen" in name or "liu" in name for name in figures)
-
-
-def test_defaults_of_an_observable_are_part_of_a_scene():
-    """Written out or not; other ones are another scene."""
-    digest = Scene(SCENE | {"observe": ["thermo"]}).digest
-    assert Scene(SCENE | {"observe": [{"thermo": {"pressure": True}}]}).digest == digest
-    assert Scene(SCENE | {"observe": [{"thermo": {"pressure": False}}]}).digest != digest

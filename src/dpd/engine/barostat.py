@@ -44,6 +44,7 @@ def sample_rescaling(
 def rescale(simulation: Any, law: Pressure, sums: Sums) -> Sums:
     """Try another volume from one sample of where the beads are; return that of where they end."""
     system, before, box = simulation.system, simulation.state, simulation.box
+    law = law.at(before.step, box)
     kT, h = system.kT, law.every * system.dt
     normal, chance = draw(system.seed, before.step)
     here = look_at(system, law, before, box, sums.of(-1))

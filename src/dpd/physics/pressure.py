@@ -13,10 +13,15 @@ pressure along that.
 A step over a time h is a trial of the Metropolis method: it counts with the probability
 min(1, exp(-Delta)), where Delta is what the paper calls the change of the effective energy, in kT.
 Volumes then have the distribution exp(-(H + P_0 V) / kT) for every h, tau and beta.
+
+Of a membrane x and y are stretched alike, and z on its own, in turns, with the tension gamma of an
+area A normal to z: exp(-(H + P_0 V - gamma A) / kT). At a constant L_z that is the former with the
+pressure P_0 - gamma / L_z. (Two pressures that are given would be no such distribution: the work
+P_xy L_z dA + P_z A dL_z depends on the way.)
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
@@ -42,9 +47,13 @@ class ConstantPressure(Term, key="pressure"):
         Change.FLOWS: "cannot be held in a fluid that flows",
     }
     target: Positive = setting("Pressure that is held.", unit="kT / r_c^dimension")
-    axes: Literal["all", "x", "y", "z"] = setting(
+    axes: Literal["all", "x", "y", "z", "xy-z"] = setting(
         "Along which the box is stretched, all alike, or one alone, whose normal pressure is then "
-        "held.", "all", of="axis",
+        "held; with xy-z x and y alike, and z on its own, as for a membrane.", "all", of="axis",
+    )  # fmt: skip
+    tension: float = setting(
+        "With axes xy-z, tension L_z (p_zz - p_xx) of a membrane normal to z that is held.", 0.0,
+        unit="kT / r_c^2", ge=-1e6, le=1e6,
     )  # fmt: skip
     time: float = setting("Relaxation time of the volume.", 2.0, unit="tau", ge=1e-3, le=1e6)
     compressibility: float | None = setting(
@@ -69,13 +78,17 @@ class ConstantPressure(Term, key="pressure"):
         return self.model_copy(update=given)
 
     def controlled_pressure(self, values: Mapping[str, Any]) -> tuple[Any, float]:
-        """The pressure, or its normal part along the one axis that is stretched."""
+        """The pressure, or its normal part along the one axis that is stretched alone."""
         if self.axes == "all" or "pressure_tensor" not in values:
-            return values.get("pressure"), self.target
-        along = "xyz".index(self.axes)
+            return None if self.tension else values.get("pressure"), self.target
+        along = "xyz".index(self.axes[-1])
         return values["pressure_tensor"][:, along, along], self.target
 
     def refuses(self, scene: Any) -> Refusals:
+        if self.axes == "xy-z" and scene.dimension == 2:
+            yield "axes", "'xy-z' is for three dimensions; allowed: all, x, y"
+        if self.tension and self.axes != "xy-z":
+            yield "tension", "is held with axes xy-z; write that, or remove the key"
         if self.compressibility is None:
             text = "the key is missing: beads attract each other, and it cannot be estimated; give "
             yield "compressibility", f"{text}that of the liquid, as 0.003"
@@ -87,14 +100,15 @@ class ConstantPressure(Term, key="pressure"):
 
     @property
     def barostat_axes(self) -> str:  # type: ignore[override]
-        return self.axes
+        return "all" if self.axes == "xy-z" else self.axes
 
     def records(self, scene: Any) -> dict[str, Any]:
         if self.every is None or self.compressibility is None:
             return {}
-        along = range(scene.dimension) if self.axes == "all" else ["xyz".index(self.axes)]
-        law = Pressure(self.target, self.time, self.compressibility, tuple(along), self.every)
-        return {"pressure": law}
+        every = "xyz"[: scene.dimension] if self.axes == "all" else self.axes
+        parts = tuple(tuple(map("xyz".index, part)) for part in every.split("-"))
+        numbers = self.target, self.time, self.compressibility, parts[0], self.every
+        return {"pressure": Pressure(*numbers, parts, self.tension)}
 
 
 def estimated_compressibility(scene: Any) -> float:
@@ -130,6 +144,16 @@ class Pressure(NamedTuple):
     compressibility: float  # beta
     axes: tuple[int, ...]  # along which the box is stretched
     every: int  # steps from trial to trial
+    parts: tuple[tuple[int, ...], ...] = ()  # axes of each trial in turn, if they change
+    tension: float = 0.0  # of an area normal to z
+
+    def at(self, step: int, box: Sequence[float]) -> Self:
+        """That of the trial at a step."""
+        if len(self.parts) < 2:
+            return self
+        turn = step // self.every % 2
+        less = (self.tension / box[2], 0.0)[turn]
+        return self._replace(axes=self.parts[turn], target=self.target - less)
 
     def spread(self, kT: float, h: float) -> float:
         """Standard deviation of sqrt(V) in a trial over the time h."""
