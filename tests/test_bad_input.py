@@ -14,7 +14,7 @@ from dpd.scene.scene import Scene
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import read_yaml
 from tests.conftest import SCENE
-from tests.test_extend import PAGES
+from tests.test_extend import PAGES as OWN
 
 FLUID = {key: SCENE[key] for key in SCENE if key != "observe"} | {"steps": {"sample": 10}}
 pytestmark = pytest.mark.usefixtures("own_cache")
@@ -77,7 +77,7 @@ SCENES = [
     ({"observe": ["rdf"], "molecules": [{"architecture": "A", "count": 1}], "box": 6},
      ["observe: 'rdf'", "a single bead"]),
     ({"molecules": [{"architecture": "A 12", "density": 3}], "bond": {"stiffness": 50},
-      "observe": [{"trace": {"every": 20}}], "steps": {"sample": 10**8}, "pages": [PAGES["trace"]]},
+      "observe": [{"trace": {"every": 20}}], "steps": {"sample": 10**8}, "pages": [OWN["trace"]]},
      ["observe.trace.every", "1.8e+08 coordinates", "every >= 36"]),
     ({"observe": ["thermo", {"thermo": {"every": 2}}]}, ["observe", "'thermo'", "more than once"]),
     ({"observe": [{"thermo": {"every": 1}}], "steps": {"sample": 10**9}},
@@ -142,7 +142,7 @@ PAGES = [
     (SHEAR | {"walls": {"axis": "y", "repulsion": 25}}, ["remove one of them"]),
     ({"pressure": {"target": 9, "time": 0.4, "every": 11}},
      ["pressure.every: 11 steps are longer than the relaxation time; allowed: <= 10"]),
-    ({"pressure": {"target": 24}, "observe": ["trace"], "pages": [PAGES["trace"]]},
+    ({"pressure": {"target": 24}, "observe": ["trace"], "pages": [OWN["trace"]]},
      ["observe: 'trace' cannot follow a molecule in a box that"]),
     ({"repulsion": {"A A": -40}},
      ["repulsion.A A: -40 draws beads onto each other; allowed: >= 0, or any number with"]),
@@ -192,7 +192,7 @@ CHAINS = FLUID | {
     "repulsion": {"A A": 25, "A B": 30, "A C": 30, "B B": 25, "B C": 30, "C C": 25},
     "mass": {"A": 1, "C": 2},
     "fene": {"stiffness": {"A A": 30, "B A": 20, "B C": 10}, "length": 1.2},
-    "pair": {"A B": TABLE},
+    "pair": {"A B": TABLE}, "soft": {"strength": 3, "range": 0.7},
     "start": {
         "kT": 1, "seed": 3, "relax": RELAX, "forces": {"gamma": 4, "fene": {"length": 0.9}},
     },

@@ -47,8 +47,7 @@ def correlate(series, expected):
 
 
 def assert_every_lag(quantity, lag, means, counts, sums, samples, lags):
-    """To 1e-10, for each molecule; the same pairs once more by the tenth of the run in which they
-    end. A level that looks at every 4th sample sees every 4th pair."""
+    """For each molecule, and by the tenth of the run in which pairs end; see `LEVELS`."""
     np.testing.assert_allclose(lag, [n for n, _ in lags], rtol=1e-12)
     for number, (n, apart) in enumerate(lags):
         then, now, part = pairs_of(samples, n, apart, samples)
@@ -63,11 +62,7 @@ def assert_every_lag(quantity, lag, means, counts, sums, samples, lags):
     ("samples", "levels"), [(9, 1), (32, 1), (33, 2), (128, 2), (129, 3), (1700, 4), (2049, 5)]
 )
 def test_every_lag_of_a_random_series(samples, levels):
-    """Means of each molecule, numbers and sums of pairs in each part, to 1e-11: a level that
-    takes every 4th sample sees every 4th pair.
-
-    Lags reach half the run; sums are of up to 256 numbers of order 1.
-    """
+    """Means of each molecule, numbers and sums of pairs in each part; lags reach half the run."""
     rng = np.random.default_rng(samples)
     series = rng.normal(size=(samples, 2, 3)) + rng.normal(size=(1, 2, 3))
     lag, means, counts, sums = correlate(series, samples).results(samples)

@@ -1,9 +1,4 @@
-"""Viscosity, slip, pressure and diffusion, of the standard fluid (density 3, a 25, gamma 4.5) and
-of made-up data.
-
-Its viscosity is about 0.85, a common value, which our runs under shear find too. The runs here take
-some seconds each.
-"""
+"""Viscosity, slip, pressure and diffusion, of the standard fluid, which has 0.85, and made-up."""
 
 import numpy as np
 import pytest

@@ -110,3 +110,20 @@ def test_a_membrane():
     first = {name: found[name][0] for name in ("area_per_molecule", "height", "thickness")}
     assert first == pytest.approx({"area_per_molecule": 5, "height": 9, "thickness": 3.36})
     assert found["tail_order"][0] == pytest.approx(1 - 1.5 * 2 / 16)
+
+
+def test_chains_of_several_lengths():
+    """Whole molecules, as near to the weights as they can be; pairs with a range of their own."""
+    several = {"architecture": "A [8, 12, 20]", "weights": [1, 2, 1], "count": 101}
+    kinds = Scene(RINGS | {"molecules": [several]}).molecules
+    assert [(len(kind.beads), kind.count) for kind in kinds] == [(8, 25), (12, 51), (20, 25)]
+    with pytest.raises(UserError, match=r"molecules\.0\.weights: .*: allowed: one positive number"):
+        Scene(RINGS | {"molecules": [several | {"weights": [1]}]})
+    halves = {"repulsion": {"A A": 10}, "soft": {"strength": 15, "range": 1}}
+    short = {"repulsion": {"A A": 0}, "soft": {"strength": 25, "range": 0.7}}
+    plain, same, less = (
+        dpd.run(SCENE | change | {"steps": {"sample": 20}}, progress=False).pressure
+        for change in ({}, halves, short)
+    )
+    np.testing.assert_allclose(plain, same, rtol=1e-9)
+    assert (less < plain).all()

@@ -1,8 +1,7 @@
 """Constant pressure: the right forces and trials, and the isothermal-isobaric ensemble.
 
-N beads without forces have the places V^N, whatever their momenta, so the volume has the density
-V^N exp(-P_0 V / kT), a Gamma distribution of shape N + 1, and the mean of N kT / V is P_0: with a
-Langevin thermostat, and also where friction between pairs conserves momentum, which is zero below.
+N beads without forces have the places V^N, so the volume has the density V^N exp(-P_0 V / kT), a
+Gamma distribution of shape N + 1; also where friction between pairs conserves momentum.
 """
 
 import numpy as np

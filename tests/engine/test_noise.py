@@ -1,8 +1,6 @@
 """The noise of the pairs: its distribution, and that nothing hangs together.
 
-Each statistic is held to 5 of its own standard errors, or to a probability of 1e-6: true
-noise fails any of these nearly two hundred checks once in about ten thousand times. The
-numbers drawn are always the same ones.
+Each statistic is held to 5 of its own standard errors, or to a probability of 1e-6.
 """
 
 import numpy as np

@@ -1,8 +1,7 @@
 """What a dissipative particle dynamics fluid must do, with stated confidence.
 
-Standard errors come from the averages of 20 consecutive blocks, each longer than the
-memory of what is averaged (below 1 tau). True values miss by 5 such errors with a chance
-of 8e-5 (Student, 19 degrees of freedom).
+Standard errors come from 20 blocks, each longer than the memory of what is averaged. True values
+miss by 5 such errors with a chance of 8e-5 (Student, 19 degrees of freedom).
 """
 
 from types import SimpleNamespace

@@ -1,8 +1,6 @@
 """A Slurm cluster of one node on this machine, for tests and to try a profile.
 
     python tests/slurm/one_node.py start /tmp/cluster    in a new folder; it says what to export
-    python tests/slurm/one_node.py kill /tmp/cluster     as if the node had lost its power
-    python tests/slurm/one_node.py boot /tmp/cluster     the node is there again
     python tests/slurm/one_node.py stop /tmp/cluster     end all of it, jobs too
 
 It needs Debian's packages slurm-wlm and munge, and no rights: all daemons belong to you. It leaves
@@ -206,7 +204,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    doing = {"start": start, "kill": kill_node, "boot": boot, "stop": stop}
+    doing = {"start": start, "stop": stop}
     parser.add_argument("what", choices=doing)
     parser.add_argument("folder", type=Path)
     options = parser.parse_args()

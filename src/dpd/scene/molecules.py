@@ -237,3 +237,28 @@ def written(beads: Sequence[str], parents: Sequence[int] | np.ndarray) -> str:
         " ".join([name] * number if name in "()" else [name, str(number)][: 1 + (number > 1)])
         for name, number in runs
     )  # fmt: skip
+
+
+def of_each_length(kind: dict[str, Any], volume: float) -> list[dict[str, Any]]:
+    """Kinds of molecules of each length in brackets, as in ``A [8, 12, 20]``: whole molecules.
+
+    Their numbers are as near to the weights as they can be (largest remainders).
+    """
+    found = re.search(r"\[([\d\s,]+)\]", kind["architecture"])
+    if found is None:
+        return [kind]
+    lengths = [int(length) for length in found[1].split(",")]
+    texts = [kind["architecture"].replace(found[0], str(length)) for length in lengths]
+    share = np.array(kind.get("weights") or [1] * len(lengths), float)
+    if len(share) != len(lengths) or not (share > 0).all():
+        return [kind | {"architecture": texts[0]}]  # of which the weights are refused
+    share /= share.sum()
+    mean = share @ [len(graph_of(text)[0]) for text in texts]
+    wanted = share * (kind.get("count") or round(kind["density"] * volume / mean))
+    counts = wanted.astype(int)
+    counts[np.argsort(counts - wanted, kind="stable")[: round(wanted.sum()) - counts.sum()]] += 1
+    rest = {key: value for key, value in kind.items() if key not in ("density", "weights")}
+    return [
+        rest | {"architecture": text, "count": int(count)}
+        for text, count in zip(texts, counts) if count
+    ]  # fmt: skip

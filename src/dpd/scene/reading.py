@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cached_property
 from itertools import combinations_with_replacement
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 from dpd.errors import UserError, shown, suggestion
 from dpd.page import NEEDED, Observable, Start, Term, find, is_table, names
 from dpd.page.own import load
-from dpd.scene.molecules import Joined, Molecule, graph_of, joined
+from dpd.scene.molecules import Joined, Molecule, graph_of, joined, of_each_length
 from dpd.scene.sections import Basics
 from dpd.scene.yaml import attempt
 
@@ -61,7 +62,12 @@ class Settings:
         missing = [key for key in page.completes if key not in data]
         start = self._section(Start, method, given, "start") if missing else None
         there = start.found(folder, self.where).system() if start else {}
-        return data | {key: there[key] for key in missing if key in there}
+        data = data | {key: there[key] for key in missing if key in there}
+        with suppress(TypeError, KeyError, ValueError):  # which is told with all else that is wrong
+            edges = np.broadcast_to(np.array(data["box"], float), data["dimension"])
+            each = (of_each_length(kind, edges.prod()) for kind in data["molecules"])
+            data |= {"molecules": [kind for several in each for kind in several]}
+        return data
 
     def _keys(self, kind):
         """Of all pages of a kind, those of one's own last."""

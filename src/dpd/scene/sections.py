@@ -56,6 +56,10 @@ class MoleculeKind(Section):
         "Beads of these molecules per r_c^dimension.", None, gt=0, le=1000
     )
     count: int | None = setting("Number of molecules, instead of a density.", None, ge=1, le=10**8)
+    weights: list[float] | None = setting(
+        "Of several lengths, as in {architecture: 'A [8, 12, 20]', weights: [1, 2, 1]}: how many "
+        "molecules have each; if not given, equally many.", None,
+    )  # fmt: skip
 
     @field_validator("architecture")
     @classmethod
@@ -181,6 +185,9 @@ class Basics(Section):
         for place, kind in enumerate(self.molecules):
             if (kind.density is None) == (kind.count is None):
                 yield f"molecules.{place}", "needs a density or a count, and not both"
+            if kind.weights is not None:
+                text = "one positive number for each of several lengths, as in 'A [8, 12, 20]'"
+                yield f"molecules.{place}.weights", f"{kind.weights}: allowed: {text}"
             yield from inside(f"molecules.{place}.bonds", kind.wrong_bonds())
         edges = self.box if isinstance(self.box, list) else [self.box] * self.dimension
         if len(edges) != self.dimension:
