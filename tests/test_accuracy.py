@@ -10,16 +10,7 @@ from dpd.physics import integrator
 from dpd.physics.integrator import Integrator
 from dpd.scene.scene import Scene
 from paper_figures.benchmark.accuracy import cheapest, choices, limit
-from paper_figures.benchmark.drift import (
-    FAR,
-    LOST,
-    OFF,
-    STABLE,
-    crossing,
-    edge,
-    outcome,
-    power_law,
-)
+from paper_figures.benchmark.drift import FAR, LOST, OFF, STABLE, crossing, edge, outcome, power_law
 from paper_figures.benchmark.recommended import recommendations
 from tests import conftest
 

@@ -11,10 +11,7 @@ from scipy.signal import lfilter
 from dpd import files
 from dpd.analysis import verdicts
 from dpd.analysis.collect import RECORDED, collect, save
-from dpd.analysis.interfaces import (
-    bulk_fraction,
-    chi_and_error,
-)
+from dpd.analysis.interfaces import bulk_fraction, chi_and_error
 from dpd.analysis.statistics import (
     block_mean_and_error,
     by_window,

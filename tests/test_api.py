@@ -102,7 +102,7 @@ def test_results_of_all_observables_can_be_kept(folder):
         "dimension": 2, "box": 8, "molecules": [{"architecture": "A 2 B 2", "density": 3}],
         "repulsion": {"A A": 25, "A B": 30, "B B": 25},
     }  # fmt: skip
-    missing = {"passes", "walls", "trajectory"}  # of three dimensions, of walls, a file of its own
+    missing = {"membrane", "walls", "trajectory"}  # of three dimensions, walls, its own file
     asked = sorted(set(names(Observable)) - missing)
     run = dpd.run(plane | {"observe": asked}, progress=False)
     run.to_netcdf("kept.nc")

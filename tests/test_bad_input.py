@@ -117,6 +117,7 @@ WALLS = {"axis": "z", "repulsion": 25}
 ROUGH = WALLS | {"gamma": 9}
 DRIVEN = {"axis": "x", "strength": 0.1}
 SHEAR = {"shear": {"rate": 0.3}, "box": [4.5, 4, 4]}
+RAMP = {"thermostat": {"kT": {"from": 1, "to": 2}}}
 LIQUID = {"repulsion": {"A A": -40}, "many_body": {"repulsion": 25}}
 CHI = {
     "molecules": [{"architecture": "A", "count": 96}, {"architecture": "B", "count": 96}],
@@ -153,6 +154,9 @@ PAGES = [
      ["clusters.within: 4 is more than half the box; allowed: <= 2"]),
     (SHEAR | {"observe": [{"clusters": {"of": ["A"]}}]}, ["'clusters' takes the images of"]),
     (BLEND | {"observe": ["clusters"]}, ["clusters.of: is missing; give species, as [A]"]),
+    ({"thermostat": {"kT": {"to": 2}}}, ["thermostat.kT: the key 'from' is missing"]),
+    (RAMP | {"schedule": [{"step": 9, "set": {"thermostat": 2}}]}, ["thermostat.kT: has a ramp"]),
+    (RAMP | {"engine": {"name": "lammps"}}, ["thermostat.kT: is for our own engine"]),
     (CHI | {"chi": {"A B": 2}}, ["chi.A B: 2 is outside", "allowed: 3 "]),
     (CHI | {"repulsion": BLEND["repulsion"]}, ["chi.A B: the pair has a repulsion as well"]),
     (CHI | {"chi": {"A C": 4}}, ["chi.A C: no molecule has the species 'C'; allowed: A, B"]),
@@ -164,6 +168,7 @@ PAGES = [
 ARCHITECTURES = [
     ("A (B (C)", ["A >>>(<<<B", "not closed"]),
     ("A ((B) C)", ["A (>>>(<<<B) C)", "no bead before this branch"]),
+    ("((A 3)o)o", [">>>(<<<(A", "closed already"]),
     ("3 A", [">>>3<<< A", "nor a species"]),
     ("1A B 1A", [">>>1A<<< B 1A", "rings, '(A 20)o'"]),
     ("((((A 999) 999) 999) 999) 999", ["((>>>(<<<(A", f"more beads than {MOST_BEADS}"]),

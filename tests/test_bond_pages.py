@@ -64,10 +64,7 @@ def fene(r, stiffness):
     return -stiffness * 2.25 / 2 * np.log(1 - square), -stiffness * r / (1 - square)
 
 
-LAWS = {
-    "quartic": (OWN, quartic),
-    "fene": (PLAIN | {"fene": FENE}, fene),
-}
+LAWS = {"quartic": (OWN, quartic), "fene": (PLAIN | {"fene": FENE}, fene)}
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -15,10 +15,7 @@ from tests.conftest import SCENE as FLUID
 SCENE = {
     "dimension": 3,
     "box": [6, 7, 8],
-    "molecules": [
-        {"architecture": "H T 2", "count": 40},
-        {"architecture": "W", "count": 60},
-    ],
+    "molecules": [{"architecture": "H T 2", "count": 40}, {"architecture": "W", "count": 60}],
     "repulsion": dict.fromkeys(("H H", "H T", "H W", "T T", "T W", "W W"), 25),
     "bond": {"stiffness": 4},
     "integrator": {"scheme": "gw-vv", "dt": 0.04},

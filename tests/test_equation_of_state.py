@@ -17,13 +17,7 @@ from dpd.theory.equation_of_state import (
     second_virial,
     virial_switch,
 )
-from dpd.theory.integral_equations import (
-    RANGE,
-    R,
-    potentials,
-    solve,
-    transform,
-)
+from dpd.theory.integral_equations import RANGE, R, potentials, solve, transform
 from paper_figures.crgw_2019.mixing import (
     Fluid,
     athermal,

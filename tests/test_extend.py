@@ -51,8 +51,12 @@ IN_PLANE = CHAINS | {  # with so many frames that the index of their file grows 
 IN_SPACE = CHAINS | {
     "dimension": 3,
     "box": [4, 4.5, 5],
-    "observe": CHAINS["observe"]
-    + [{name: {"every": 9}} for name in ("passes", "trajectory", "membrane")],
+    "observe": [
+        *CHAINS["observe"],
+        {"passes": {"every": 6}},
+        {"membrane": {"every": 6}},
+        {"trajectory": {"every": 3, "per_decade": 9}},
+    ],
     "integrator": {"scheme": "dpd-vv", "dt": 0.02},
 }
 FLUID = SCENE | {

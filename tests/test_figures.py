@@ -15,12 +15,7 @@ from dpd.report.archive import ARCHIVE
 from dpd.report.figures import load_module
 from dpd.theory.equation_of_state import BETA, ETA, crgw
 from paper_figures.cerius2_1998 import morphology
-from paper_figures.crgw_2019 import (
-    fig02_mismatch,
-    fig07_solutes,
-    mixtures,
-    shared,
-)
+from paper_figures.crgw_2019 import fig02_mismatch, fig07_solutes, mixtures, shared
 from paper_figures.crgw_2019.mixing import chain_potential, monomer_potential
 from paper_figures.liu_2008.plateau import plateau
 from tests import conftest
@@ -211,10 +206,7 @@ def test_mismatches_are_relative_to_the_simulated_pressure():
     axes = {"chain": [2, 8], "density": [3, 5], "bond": [0.4], "repulsion": [20]}
     pressure = np.array([[20.0, 50.0], [10.0, 40.0]])[..., None, None]
     simulated = runs({"pressure": pressure}, axes)
-    simulated["bond_mean"] = (
-        (*axes, "replica", "block"),
-        np.full((2, 2, 1, 1, 1, 3), 0.402),
-    )
+    simulated["bond_mean"] = ((*axes, "replica", "block"), np.full((2, 2, 1, 1, 1, 3), 0.402))
     more = np.array([[1.1, 1.0], [1.2, 1.1]])[..., None, None]
     theory = xr.Dataset(
         {name: (tuple(axes), pressure * more) for name in ("crGW", "rGW", "GW")}, axes

@@ -7,13 +7,7 @@ import pytest
 import xarray as xr
 
 import dpd
-from dpd.analysis.interfaces import (
-    FARTHEST,
-    composition,
-    interface_width,
-    interfaces,
-    slabs,
-)
+from dpd.analysis.interfaces import FARTHEST, composition, interface_width, interfaces, slabs
 from dpd.analysis.statistics import block_mean_and_error
 from dpd.errors import UserError
 from dpd.scene.scene import Scene

@@ -132,36 +132,32 @@ def test_ramps_are_schedules():
         "repulsion": {"A A": {"from": 5, "to": 25, "over": "equilibrate"}, "A B": 30, "B B": 25},
     }
     scene = Scene(CHAINS | ramp | {"steps": {"equilibrate": 400, "sample": 8000}})
-    assert (made := scene.data["schedule"])[0] == {
-        "step": 0,
-        "set": {"repulsion.A A": 5.1},
-    } and len(made) == 201
-    assert made[101] == {"step": 400, "set": {"thermostat.kT": 1.005}}
+    made = scene.data["schedule"]
+    assert made[0] == {"step": 0, "set": {"repulsion.A A": 5.1}} and len(made) == 201
+    assert {"step": 400, "set": {"thermostat.kT": 1.005}} in made
     run = dpd.run(scene, progress=False)
     kT = run.kT.values.reshape(8, -1).mean(axis=1)
     np.testing.assert_allclose(kT, 1 + (np.arange(8) + 0.5) / 8, atol=0.06)
-    with pytest.raises(dpd.UserError, match=r"thermostat\.kT: .* allowed: {from: NUMBER"):
-        Scene(CHAINS | {"thermostat": {"kT": {"from": 1, "to": "x"}}})
 
 
 def test_rest_after_shear():
     """Images stay as far slid as they are, and the stress of the flow goes, when told to."""
-    scene = CHAINS | EXACT | {"shear": {"rate": 0.25}, "observe": [{"thermo": {"every": 1}}]}
+    looks = [{"thermo": {"every": 1}}, {"velocity_profile": {"every": 1}}]
+    scene = CHAINS | EXACT | {"shear": {"rate": 0.25}, "observe": looks}
     sim = dpd.Simulation(scene, progress=False)
     sim.run(9999, until=lambda snapshot: snapshot.step > 1036, every=20)
     tilt = sim.snapshot().lattice.tilt
     sim.set({"shear.rate": 0})
     sim.run(1000)
     assert sim.snapshot().lattice.tilt == pytest.approx(tilt, abs=1e-12) and tilt != 0
-    stress = sim.result().pressure_tensor[:, 0, 1].values
+    flow = (run := sim.result()).velocity_profile.mean("block")[0]
+    assert np.polyfit(run.layer, flow, 1)[0] == pytest.approx(0.25 * 1040 / 2040, abs=0.04)
+    stress = run.pressure_tensor[:, 0, 1].values
     assert stress[:1000].mean() < -0.15 and abs(stress[1200:].mean()) < 0.1
 
 
 WRONG = {
-    "no key": (
-        {"boxx": 4},
-        "'boxx' cannot change while the system runs; allowed: bond, integrator",
-    ),
+    "no key": ({"boxx": 4}, "'boxx' cannot change while the system runs; allowed: bond, integ"),
     "a setting": ({"integrator.dtt": 1}, "unknown key 'dtt'; allowed: .* did you mean 'dt'"),
     "what slides": ({"shear.gradient": "z"}, "'shear' cannot become this while the system runs"),
     "what begins": ({"body_force.strength": 1}, "'body_force' would begin or cease to act"),

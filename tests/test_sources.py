@@ -4,14 +4,7 @@ import json
 
 import pytest
 
-from dpd.digests import (
-    DECIDE_NOTHING,
-    STAGES,
-    file_of,
-    reachable,
-    source_of,
-    unused,
-)
+from dpd.digests import DECIDE_NOTHING, STAGES, file_of, reachable, source_of, unused
 from dpd.folders import PACKAGE
 from dpd.page import Observable, names
 from dpd.pipeline.paper import read_config, read_paper

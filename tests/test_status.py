@@ -21,15 +21,7 @@ from dpd.folders import ROOT
 from dpd.pipeline.jobs import USUAL, as_text, plan
 from dpd.pipeline.paper import read_paper
 from dpd.pipeline.paths import results_of
-from dpd.pipeline.status import (
-    AT_WORK,
-    DONE,
-    FAILS,
-    STOPPED,
-    WAITS,
-    RunStatus,
-    seconds_left,
-)
+from dpd.pipeline.status import AT_WORK, DONE, FAILS, STOPPED, WAITS, RunStatus, seconds_left
 from dpd.runs import Progress, worker_on
 from tests.conftest import SCENE, begin, folder_with, wait_for
 from tests.test_interrupted import dpd

@@ -14,11 +14,7 @@ from dpd.engine.simulation import Simulation
 from dpd.errors import UserError
 from dpd.physics.pressure import Pressure
 from tests.engine.cases import simulation_of
-from tests.systems import (
-    make_simulation,
-    make_system,
-    random_beads,
-)
+from tests.systems import make_simulation, make_system, random_beads
 
 
 @pytest.mark.few(1)

@@ -9,13 +9,7 @@ import pytest
 from dpd.engine.space import PHASES, make_blocks
 from dpd.engine.threads import BLOCKS, LINE
 from dpd.errors import LostRun, UserError
-from tests.systems import (
-    assert_same_state,
-    chains,
-    make_simulation,
-    make_system,
-    random_beads,
-)
+from tests.systems import assert_same_state, chains, make_simulation, make_system, random_beads
 
 BONDS = (chains(40, 30), 50.0, 0.5)
 CASES = {

@@ -12,12 +12,7 @@ from dpd.physics.many_body import NORM, ManyBody
 from dpd.physics.morse_bond import MorseBonds
 from dpd.physics.repulsion import Soft
 from dpd.scene.molecules import Molecule
-from tests.engine.cases import (
-    DRAWN,
-    STAR,
-    joined,
-    laws,
-)
+from tests.engine.cases import DRAWN, STAR, joined, laws
 from tests.systems import (
     BOX_3D,
     by_identity,

@@ -67,7 +67,11 @@ def _stress(runs):
 
 
 def _rate(scene):
-    return float(json.loads(scene)["shear"]["rate"])
+    data = json.loads(scene)
+    changed = (key for each in data.get("schedule", ()) for key in each["set"])
+    if any(key.split(".")[0] == "shear" for key in changed) or not (rate := data["shear"]["rate"]):
+        raise UserError("shear.rate: a viscosity needs one rate, which is not 0, all the time")
+    return float(rate)
 
 
 def viscosity_of_two_flows(

@@ -112,8 +112,9 @@ def extend(
     """Make a finished run longer, to the same bits as if it had been planned that long.
 
     ``path`` is the result of `dpd.run` with an ``output``, or of ``dpd run``; ``sample`` are steps
-    to add. Without an ``output`` the longer result takes the place of the run once it is whole.
-    Stopped with Ctrl-C, or killed, the same call goes on. For all else see `dpd.run`.
+    to add, in which the last values of a schedule or a ramp hold. Without an ``output`` the longer
+    result takes the place of the run once it is whole. Stopped with Ctrl-C, or killed, the same
+    call goes on. For all else see `dpd.run`.
 
     Examples
     --------
@@ -133,7 +134,8 @@ def extend(
 def _options(threads, progress, overwrite, keeps=True):
     return Options(
         threads, CHECKPOINT_EVERY if keeps else None, overwrite, own=True, label="dpd.run",
-        say=warn, tell=lambda sentence: None, progress=partial(Progress, bar=progress),
+        say=warn, tell=lambda sentence: None, of_start=warn,
+        progress=partial(Progress, bar=progress),
     )  # fmt: skip
 
 
@@ -244,6 +246,8 @@ def _planned(scene: Scene, axes: Mapping[str, Sequence | Mapping], replicas: int
     key = f"{fixed(scene).where}: sweep"
     described = {}
     for name, values in plain(axes).items():
+        if name in scene.ramps:
+            raise UserError(f"{key}.axes.{name}: the scene has a ramp there; write its first value")
         if isinstance(values, dict):
             described[name] = read_section(SweptAxis, values, key, f"axes.{name}")
         elif isinstance(values, list):

@@ -66,9 +66,14 @@ class Simulation:
         threads: int = 1,
         progress: bool | None = None,
     ) -> None:
+        endless = False
         if isinstance(scene, Mapping) and isinstance(length := scene.get("steps", {}), Mapping):
+            endless = not {"sample"} & {*length, *scene.get("duration", ())}
             scene = {**scene, "steps": {"sample": ROOM, **length}}
         given = as_scene(scene, observe, pages)
+        for key, ramp in given.ramps.items():
+            if endless and ramp.over == "sample":
+                raise UserError(f"{given.where}: {key}: a ramp lasts for 'steps.sample'; add it")
         refuse_more_files(given, "dpd.run(..., output='run.nc')")
         if "engine" in given.data:
             raise UserError(f"{given.where}: engine: only whole runs have another; use dpd.run")

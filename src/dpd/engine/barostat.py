@@ -121,8 +121,9 @@ def refuse_box(law: Pressure, system: System, box: Box, step: int) -> None:
     if min(box) < least or not 1 / MOST_TIMES <= times <= MOST_TIMES:
         edges = " x ".join(f"{edge:.4g}" for edge in box)
         wrong, other = ("low", "higher") if times > 1 else ("high", "lower")
+        tension = f", or pressure.tension {law.tension:g} too large" if law.tension else ""
         raise UserError(
             f"at step {step} the box is {edges} r_c (limits: edges of {least:g}, and a tenth to "
             f"ten times the volume of the scene's): pressure.target {law.target:g} is too {wrong} "
-            f"for it; take a {other} one, or another number of beads to begin with"
+            f"for it{tension}; take a {other} one, or another number of beads to begin with"
         )

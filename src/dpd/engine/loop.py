@@ -241,7 +241,7 @@ def _cut_files(stored, observers):
     """Let observers with files of their own go on where they were; why one cannot, or nothing."""
     for i, observer in enumerate(observers):
         if file := file_of(observer):
-            frames, digests = int(stored[f"{i}.taken"][0]), stored.get(f"{i}.digests")
+            frames, digests = int(stored[f"{i}.frames"][0]), stored.get(f"{i}.digests")
             if wrong := file.cut(frames, digests):
                 return wrong
     return ""

@@ -1,3 +1,4 @@
+from math import log10
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,10 @@ class Trajectory(Observable, key="trajectory"):
         "given, all.", None, of="some species", min_length=1,
     )  # fmt: skip
     velocities: bool = setting("Whether frames have velocities.", True)
+    per_decade: int | None = setting(
+        "Frames of some samples alone, so many in each decade of time, evenly on its logarithm.",
+        None, ge=1, le=1000,
+    )  # fmt: skip
     equilibration: bool = setting(
         "Whether there are frames from the beginning of the run on, and not only where it samples.",
         False,
@@ -37,7 +42,13 @@ class Trajectory(Observable, key="trajectory"):
         return TrajectoryFile(path)
 
     def keeps(self, scene: Any) -> Any:
-        return {"digests": np.zeros(self.watched(scene) // self.every, np.int64)}
+        digests = np.zeros(self.watched(scene) // self.every, np.int64)
+        return {"frames": np.zeros(1, np.int64), "digests": digests}
+
+    def is_frame(self, number: int) -> bool:
+        """Whether a sample, from 1 on, has a frame."""
+        n = self.per_decade
+        return n is None or number == round(10 ** (round(n * log10(number)) / n))
 
     @once
     def written(self, scene: Any) -> np.ndarray:
@@ -54,7 +65,7 @@ class Trajectory(Observable, key="trajectory"):
         from dpd.particles.gsd_files import frame_of
         from dpd.particles.particles import of_scene
 
-        if now.file is None:
+        if now.file is None or not self.is_frame(now.sample + 1):
             return {}
         scene, state = now.scene, now.state
         velocity = state.by_identity(state.velocity) if self.velocities else None
@@ -63,5 +74,7 @@ class Trajectory(Observable, key="trajectory"):
         frame.particles.body = self.molecule(scene)
         said = {"time": now.time, "dt": now.system.dt, "kT": now.system.kT}
         frame.log = {name: np.array([value]) for name, value in said.items()}
-        now.kept["digests"][now.sample] = now.file.append(frame)
+        frames = now.kept["frames"]
+        now.kept["digests"][frames[0]] = now.file.append(frame)
+        frames += 1
         return {}

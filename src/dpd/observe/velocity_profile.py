@@ -22,6 +22,7 @@ class VelocityProfile(Layered, key="velocity_profile"):
         "temperature_profile": (("block", "layer"), "kT", "temperature about the mean velocity"),
         "bead_profile": (("block", "layer"), "1 / r_c^dimension", "number density of all beads"),
         "_mass": (("block", "layer"), "m", "mass of these beads"),
+        "_sheared": (("block", "layer"), "m / tau", "the same, each times the rate of shear"),
     }
 
     def measure(self, now: Any) -> Any:
@@ -31,9 +32,10 @@ class VelocityProfile(Layered, key="velocity_profile"):
         momenta = now.system.momenta(now.state)
         each = [None, mass, np.einsum("kn,kn->n", velocity, momenta), *momenta]
         beads, mass, squares, *momentum = (np.bincount(layer, one, layers.count) for one in each)
+        rate = now.system.shear.rate if now.system.shear else 0.0
         return {
             "bead_profile": beads, "_mass": mass, "temperature_profile": squares,
-            "velocity_profile": momentum,
+            "velocity_profile": momentum, "_sheared": mass * rate,
         }  # fmt: skip
 
     def finish(self, scene: Any, found: dict[str, Any]) -> Any:
@@ -48,7 +50,7 @@ class VelocityProfile(Layered, key="velocity_profile"):
             temperature = square / beads * per_freedom / scene.dimension
         shear = shear_of(scene)
         if shear is not None and shear.gradient == layers.axis:  # about its flow are velocities
-            velocity[:, shear.flow] += shear.rate * layers.middles()
+            velocity[:, shear.flow] += found["_sheared"] / mass * layers.middles()
         return {
             "velocity_profile": velocity, "temperature_profile": temperature,
             "bead_profile": beads / layers.volume,

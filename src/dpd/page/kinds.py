@@ -205,7 +205,7 @@ class Start(Page):
         """Whether forces act while it is made."""
         return bool(self.work) or self.relax is not None
 
-    def system(self) -> dict[str, Any]:
+    def system(self, where: str) -> dict[str, Any]:
         """Values of what it ``completes``, where a scene has none of its own."""
         return {}
 

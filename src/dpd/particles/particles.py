@@ -201,6 +201,8 @@ def spanned(beads: int, bonds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import depth_first_order
 
+    if beads == 1:  # of which a solvent has many
+        return np.zeros(1, np.int64), np.full(1, -1), np.zeros((0, 2), np.int64)
     one, other = np.concatenate([bonds, bonds[:, ::-1]]).T
     table = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(beads, beads)).tocsr()
     order, before = depth_first_order(table, 0)

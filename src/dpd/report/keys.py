@@ -7,7 +7,7 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from dpd.errors import UserError, suggestion
 from dpd.page import NEEDED, Observable, Page, Start, Term, find, names
-from dpd.scene.sections import Basics
+from dpd.scene.sections import Basics, Ramp
 from dpd.scene.yaml import model_in
 
 WORDS = {"object": "mapping", "array": "list"}  # of JSON schema in those of YAML
@@ -53,7 +53,8 @@ def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
         kinds.update(found.pop("$defs", {}))
         return found["properties"][page.bare] if page.bare else found
 
-    schema["properties"] |= {key: of(page) for key, page in terms.items()}
+    kinds["Ramp"] = Ramp.model_json_schema()
+    schema["properties"] |= {key: or_ramp(of(page)) for key, page in terms.items()}
     schema["required"] += [key for key in NEEDED if terms[key].has_required()]
     for key in (key for page in starts.values() for key in page.completes):
         schema["required"].remove(key)
@@ -69,6 +70,17 @@ def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
     return schema | {"title": "Scene of dpd-papers"}
 
 
+def or_ramp(schema: Any) -> Any:
+    """A schema of settings in which a number may be a ramp."""
+    if isinstance(schema, list):
+        return [or_ramp(each) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if schema.get("type") == "number":
+        return {"anyOf": [schema, {"$ref": "#/$defs/Ramp"}]}
+    return {key: or_ramp(value) for key, value in schema.items()}
+
+
 def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
     """All keys of a scene, with those of some pages of one's own."""
     terms, observables, starts = _pages(own)
@@ -76,7 +88,9 @@ def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
     said = " ".join(f"{key}: {text_of(page)}" for key, page in starts.items())
     begin["start"] = begin["start"]._replace(meaning=Start.summary())
     begin["start.method"] = begin["start.method"]._replace(allowed=", ".join(starts), meaning=said)
-    found = [*rows_of(Basics, ""), *begin.values()]
+    given = {key for page in starts.values() for key in page.completes}
+    basic = (row._replace(default="") if row.key in given else row for row in rows_of(Basics, ""))
+    found = [*basic, *begin.values()]
     for key, page in starts.items():
         more = [row for row in rows_of(page, "start.") if row.key not in begin]
         found += [row._replace(meaning=f"For method {key}: {row.meaning}") for row in more]

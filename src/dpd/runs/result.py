@@ -85,8 +85,8 @@ def go_on_after(former: Former, observers: list[Any]) -> None:
         raise _of_another_version(former.path) from None
     sidecars = former.scene.files_beside(former.path)
     for each in filter(file_of, observers):
-        taken, digests = int(each.arrays["taken"][0]), each.arrays["digests"]
-        file_of(each).go_on_after(sidecars[each.key], taken, digests)
+        frames, digests = int(each.arrays["frames"][0]), each.arrays["digests"]
+        file_of(each).go_on_after(sidecars[each.key], frames, digests)
 
 
 def _of_another_version(path):

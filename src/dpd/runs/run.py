@@ -66,6 +66,7 @@ class Options:
     signals: tuple[int, ...] = (signal.SIGINT,)  # that ask it to stop
     say: Callable[[str], None] = warn  # called with a warning
     tell: Callable[[str], None] = tell  # called with a sentence on what is done
+    of_start: Callable[[str], None] = tell  # and on what is other in a start than in its file
     progress: Callable[..., Progress] = Progress
 
     def __post_init__(self) -> None:
@@ -169,13 +170,13 @@ def _first(scene, start, options, progress):
         from dpd.start.common.files import begin, read_start
 
         if options.own:
-            return begin(scene, start, progress, options.tell)
+            return begin(scene, start, progress, options.of_start)
         return scene, read_start(scene, start)
     if options.own:
-        return scene, make_start(scene, progress, options.tell)
+        return scene, make_start(scene, progress, options.of_start)
     if (digest := start_digest(scene)) not in LAST_START:
         LAST_START.clear()
-        LAST_START[digest] = make_start(scene, progress, options.tell)
+        LAST_START[digest] = make_start(scene, progress, options.of_start)
     return scene, deepcopy(LAST_START[digest])
 
 

@@ -195,6 +195,8 @@ def graph_of(
             if ring:
                 if parents[last] in (-1, before, first):
                     refuse(start, "a ring has three beads or more from its first to its last")
+                if (first, last) in rings:
+                    refuse(start, "this ring is closed already; keep one o")
                 rings.append((first, last))
         size, copies = len(beads) - first, int(times or 1) - 1
         if len(beads) + size * copies > MOST_BEADS:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from dpd.errors import UserError, shown, suggestion
-from dpd.page import NEEDED, Observable, Start, Term, find, is_table, names
+from dpd.page import NEEDED, Change, Observable, Start, Term, find, is_table, names
 from dpd.page.own import load
 from dpd.scene.molecules import Joined, Molecule, graph_of, joined, of_each_length
-from dpd.scene.sections import Basics
+from dpd.scene.sections import Basics, Ramp
 from dpd.scene.yaml import attempt
 
 NOTED_MISSED = 1e-4  # share of a density that whole molecules may miss unsaid: rounding
@@ -31,6 +31,7 @@ class Settings:
         self.start: Any = None
         self.start_changes: dict[str, Any] = {}  # terms that act otherwise while the start is made
         self.own_pages: dict[str, Any] = {}
+        self.ramps: dict[str, Ramp] = {}  # by the keys that they were given for
         self.page_files: dict[str, str] = {}  # digests of files of pages, by whole paths
         self._wrong: list[str] = []
 
@@ -55,18 +56,27 @@ class Settings:
             self.page_files[path] = now
 
     def _completed(self, data, folder):
-        """With what its start has to say of box and molecules, where the scene says nothing."""
+        """With box and molecules of its start, if it has none, lengths one by one, no ramps."""
         given = data.get("start")
         method = given.get("method") if isinstance(given, dict) else None
         page = self._page(Start, method) if method in self._keys(Start) else Start
         missing = [key for key in page.completes if key not in data]
-        start = self._section(Start, method, given, "start") if missing else None
-        there = start.found(folder, self.where).system() if start else {}
-        data = data | {key: there[key] for key in missing if key in there}
+        if missing:
+            start = self._section(Start, method, given, "start")
+            self._refuse_wrong()
+            there = start.found(folder, self.where).system(self.where)
+            walls = [key for key in self._keys(Term) if self._page(Term, key).mainly == Change.ENDS]
+            if data.keys() & {*walls}:  # the box of a result is larger then, by their gaps
+                there.pop("box")
+            data = data | {key: there[key] for key in missing if key in there}
         with suppress(TypeError, KeyError, ValueError):  # which is told with all else that is wrong
             edges = np.broadcast_to(np.array(data["box"], float), data["dimension"])
             each = (of_each_length(kind, edges.prod()) for kind in data["molecules"])
             data |= {"molecules": [kind for several in each for kind in several]}
+        for key in filter(data.__contains__, self._keys(Term)):
+            plain, ramps, self._wrong = without_ramps(data[key], key)
+            data, self.ramps = data | {key: plain}, self.ramps | ramps
+            self._refuse_wrong()
         return data
 
     def _keys(self, kind):
@@ -99,12 +109,14 @@ class Settings:
             self._read_observable(item)
         if not self._wrong:
             self._read_start_forces()
-        if self._wrong:
-            wrong = dict.fromkeys(self._wrong)
-            raise UserError("\n".join(f"{self.where}: {text}" for text in wrong))
+        self._refuse_wrong()
         self.data = basics.model_dump(exclude_none=True, by_alias=True, exclude={"pages"})
         self.data |= {key: term.plain() for key, term in self.terms.items()}
         self.data["pages"] = [{"path": p, "sha256": d} for p, d in self.page_files.items()]
+
+    def _refuse_wrong(self):
+        if wrong := dict.fromkeys(self._wrong):
+            raise UserError("\n".join(f"{self.where}: {text}" for text in wrong))
 
     def _section(self, kind, name, given, key, where=""):
         """The settings of a page by their key, if there is such a page, and they are right."""
@@ -271,3 +283,19 @@ class Settings:
         """Species of all bonded pairs, or triples, each once, in the order in which they come."""
         found = (name for kind in self.molecules for name in kind.species_along(size))
         return list(dict.fromkeys(min(name, name[::-1]) for name in found))
+
+
+def without_ramps(data: Any, key: str) -> tuple[Any, dict[str, Ramp], list[str]]:
+    """A section with each ramp as its first value; these by their keys; what is wrong with them."""
+    if not isinstance(data, dict):
+        return data, {}, []
+    if data.keys() & {"from", "to"} and data.keys() <= {"from", "to", "over"}:
+        ramp, wrong = attempt(Ramp, data, key)
+        return (ramp.from_, {key: ramp}, []) if ramp else (data, {}, wrong)
+    plain, problems = {}, []
+    ramps: dict[str, Ramp] = {}
+    for name, value in data.items():
+        plain[name], more, wrong = without_ramps(value, f"{key}.{name}")
+        ramps |= more
+        problems += wrong
+    return plain, ramps, problems

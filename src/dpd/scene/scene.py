@@ -20,7 +20,6 @@ from dpd.scene.reading import Settings
 from dpd.scene.sections import AXES, CUTOFF, densities, limits, missed_by, unknown_names
 from dpd.scene.yaml import changed, read_yaml, value_of
 
-RAMP = 100  # stages at most, over which a value goes evenly from one to another
 SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
 
 
@@ -72,8 +71,7 @@ class Scene(Settings):
 
     def _build(self, data, folder):
         self._load_pages(data.get("pages", []), folder)
-        data, ramps = without_ramps(self._completed(data, folder))
-        self._read(data)
+        self._read(self._completed(data, folder))
         self.start = self.start.found(folder, self.where)
         self.data["start"] = self.start.plain()
         self.terms = {key: term.found(folder, self.where) for key, term in self.terms.items()}
@@ -84,20 +82,33 @@ class Scene(Settings):
         for key, term in self.terms.items():
             self.terms[key] = term.completed(self)
             self.data[key] = self.terms[key].plain()
+        scheduled = self._scheduled()
         self.refuse(limits(self))
         for key, page in self.observe.items():
             every = page.every or max(1, min(page.steps_between(self), self.steps.sample))
             self.observe[key] = page.model_copy(update={"every": every})
         self.refuse(self.unobserved(self.made))
         self.stages = [Stage(0, self)]
-        if ramps:
-            stages = [*self.data.get("schedule", []), *stages_of(ramps, *self.steps)]
-            self.data["schedule"] = sorted(stages, key=lambda each: each["step"])
-        for place, each in enumerate(self.data.get("schedule", [])):
-            where = f"{self.where}: schedule.{place}"
+        for key, each in scheduled:
             if each["step"] > (end := sum(self.steps)):
-                raise UserError(f"{where}.step: {each['step']} is behind the end of the run, {end}")
-            enter(self, each["step"], each["set"], where)
+                raise UserError(
+                    f"{self.where}: {key}.step: {each['step']} is behind the end of the run, {end}"
+                )
+            enter(self, each["step"], each["set"], f"{self.where}: {key}")
+
+    def _scheduled(self):
+        """The schedule, which has the stages of ramps from here on, and the key of each part."""
+        given = self.data.get("schedule", [])
+        found = [(f"schedule.{place}", each) for place, each in enumerate(given)]
+        for key, ramp in self.ramps.items():
+            for each in given:
+                if any(f"{key}.".startswith(f"{name}.") for name in each["set"]):
+                    self.refuse([(key, "has a ramp, and 'schedule' sets it as well; keep one")])
+            found += [(key, each) for each in ramp.stages(key, *self.steps)]
+        if self.ramps:
+            found.sort(key=lambda each: each[1]["step"])
+            self.data["schedule"] = [each for _, each in found]
+        return found
 
     @classmethod
     def of_result(cls, text: Any, where: str) -> Self:
@@ -352,7 +363,7 @@ def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> N
 
     last = scene.stages[-1]
     if step < last.step:
-        refuse(f"step {step} is before {last.step}, at which values change")
+        refuse(f"step {step} is before {last.step}, at which a schedule or a ramp changes values")
     for key in settings:
         if (section := key.split(".")[0]) not in scene.terms:
             known = suggestion(section, list(scene.terms))
@@ -375,41 +386,3 @@ def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> N
     if now.dt != last.scene.dt and step > scene.steps.equilibrate:
         scene.refuse(scene.unobserved(scene.made | {Change.VARIES: "schedule"}))
     scene.stages.append(Stage(step, now))
-
-
-def without_ramps(data: Any, inside: str = "") -> tuple[Any, dict[str, dict[str, Any]]]:
-    """A scene with each ``{from: 1, to: 2}`` as its first value; and those, by their keys."""
-    if not isinstance(data, dict):
-        return data, {}
-    if data.keys() - {"over"} == {"from", "to"}:
-        numbers = all(isinstance(data[end], int | float) for end in ("from", "to"))
-        if not numbers or data.get("over", "sample") not in ("equilibrate", "sample"):
-            allowed = "allowed: {from: NUMBER, to: NUMBER}, and over: equilibrate, or sample"
-            raise UserError(f"{inside}: {shown(data)}: {allowed}")
-        return data["from"], {inside: data}
-    found: dict[str, dict[str, Any]] = {}
-    plain = {}
-    for key, value in data.items():
-        plain[key], more = without_ramps(value, f"{inside}.{key}".removeprefix("."))
-        found |= more
-    return plain, found
-
-
-def stages_of(
-    ramps: Mapping[str, Mapping[str, Any]], equilibrate: int, sample: int
-) -> list[dict[str, Any]]:
-    """Values that go evenly from one to another, in `RAMP` stages: a schedule.
-
-    Over sampling, or over equilibration, if it says so; each stage has the value of its middle.
-    """
-    found = []
-    for key, ramp in ramps.items():
-        early = ramp.get("over") == "equilibrate"
-        begin, steps = (0, equilibrate) if early else (equilibrate, sample)
-        stages, rise = min(RAMP, steps), ramp["to"] - ramp["from"]
-        for k in range(stages):
-            value = ramp["from"] + rise * (k + 0.5) / stages
-            found.append({"step": begin + k * steps // stages, "set": {key: value}})
-        if early:
-            found.append({"step": equilibrate, "set": {key: ramp["to"]}})
-    return found

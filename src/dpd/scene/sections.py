@@ -26,6 +26,7 @@ from dpd.page import (
 from dpd.scene.molecules import graph_of
 
 AXES = "xyz"
+STAGES = 100  # of a ramp at most
 CUTOFF = 1.0
 MOST_BEADS = 10**8  # 31 GB of state
 MOST_WORK = 10**15  # bead-steps: about two years on one core
@@ -122,6 +123,24 @@ class Scheduled(Section):
     set: dict[str, Any] = setting(
         "Values by their keys, which are joined by dots, as {integrator.dt: 0.02}.", min_length=1
     )
+
+
+class Ramp(Section):
+    """A number that goes evenly from one value to another."""
+
+    from_: float = Field(alias="from", description="The first value.")
+    to: float = setting("The last value.")
+    over: Literal["equilibrate", "sample"] = setting("The steps that it lasts.", "sample")
+
+    def stages(self, key: str, equilibrate: int, sample: int) -> list[dict[str, Any]]:
+        """Its schedule, each stage with the value of its middle."""
+        early = self.over == "equilibrate"
+        begin, steps = (0, equilibrate) if early else (equilibrate, sample)
+        number, found = min(STAGES, steps), []
+        for k in range(number):
+            value = self.from_ + (self.to - self.from_) * (k + 0.5) / number
+            found.append({"step": begin + k * steps // number, "set": {key: value}})
+        return [*found, {"step": equilibrate, "set": {key: self.to}}] if early else found
 
 
 class Engine(Section):
@@ -303,7 +322,7 @@ def limits(scene: Any) -> Refusals:
             if isinstance(why_not := term.lammps(scene), str):
                 yield key, f"{key!r} {why_not}; change it, or remove the key 'engine'"
         alone = {
-            "schedule": scene.data.get("schedule"),
+            next(iter(scene.ramps), "schedule"): scene.data.get("schedule"),
             "unstable": scene.data["unstable"] != "fail",
         }
         for key in filter(alone.get, alone):

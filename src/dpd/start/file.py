@@ -38,12 +38,15 @@ class FromFile(Start, key="file"):
         digest = self.sha256 or file_digest(path, where)
         return self.model_copy(update={"path": path, "sha256": digest})
 
-    def system(self) -> dict[str, Any]:
+    def system(self, where: str) -> dict[str, Any]:
         """Box and molecules that are in the file."""
         from dpd.particles import read
         from dpd.particles.particles import molecules_of
 
-        particles = read(self.path, self.read_frame)
+        try:
+            particles = read(self.path, self.read_frame)
+        except UserError as problem:
+            raise UserError(f"{where}: start.path: {problem}") from None
         return {"box": list(map(float, particles.box)), "molecules": molecules_of(particles)}
 
     def content(self) -> Any:

@@ -210,7 +210,7 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
             raise UserError(
                 f"{path}: it has {len(there)} molecules {shown(given['architecture'], str)} for "
                 f"{kind.count} of {scene.where} (in the file: {_counted(scene, species)}); take "
-                "another, or write 'molecules' as it has them, with beads in the same order"
+                "another, or leave out 'molecules', which are those of the file then"
             )
         order += there[: kind.count]
         del found[key][: kind.count]
