@@ -54,6 +54,7 @@ def test_misspelt_names_of_stages(folder, dpd):
 SCENES = {path.stem: path for path in sorted((PACKAGE / "scenes").glob("*.yaml"))}
 SMALLER = {
     "melt_2d": {"box": 10, "start": {"method": "polymerize", "relax": {"steps": 100, "dt": 0.002}}},
+    "rest_after_shear": {"schedule": [{"step": 50, "set": {"shear.rate": 0}}]},
 }
 
 

@@ -8,6 +8,7 @@ import pytest
 
 import dpd
 from dpd.files import read
+from dpd.folders import PACKAGE
 from dpd.scene.scene import Scene
 from tests.conftest import SCENE
 from tests.test_extend import assert_goes_on, assert_same
@@ -154,6 +155,19 @@ def test_rest_after_shear():
     assert np.polyfit(run.layer, flow, 1)[0] == pytest.approx(0.25 * 1040 / 2040, abs=0.04)
     stress = run.pressure_tensor[:, 0, 1].values
     assert stress[:1000].mean() < -0.15 and abs(stress[1200:].mean()) < 0.1
+
+
+def test_shipped_scenes_that_change():
+    """3 kT / 2 a spring while it is heated; stress of dumbbells as exp(-t / 4) after their flow."""
+    hot = dpd.run(PACKAGE / "scenes" / "heating.yaml", progress=False)
+    for name, at_1 in (("kT", 1), ("bond_energy", 375)):
+        found = hot[name].values.reshape(8, -1).mean(axis=1)
+        np.testing.assert_allclose(found, at_1 * (1 + (np.arange(8) + 0.5) / 8), rtol=0.04)
+    run = dpd.run(PACKAGE / "scenes" / "rest_after_shear.yaml", progress=False)
+    stress = -run.pressure_tensor[:, 0, 1] * 32 * 20 * 20 / 250
+    assert stress.sel(time=slice(40, 160)).mean() == pytest.approx(1, abs=0.15)
+    falls = 4 / 12 * (1 - np.exp(-12 / 4))
+    assert stress.sel(time=slice(160, 172)).mean() == pytest.approx(falls, abs=0.2)
 
 
 WRONG = {

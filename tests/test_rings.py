@@ -113,7 +113,10 @@ def test_a_membrane():
 
 
 def test_chains_of_several_lengths():
-    """Whole molecules, as near to the weights as they can be; pairs with a range of their own."""
+    """Whole molecules, near to the weights, of ideal sizes; pairs with a range of their own."""
+    run = dpd.run(PACKAGE / "scenes" / "polydisperse.yaml", progress=False)
+    sizes = run.end_to_end_square.values.mean(axis=0)
+    np.testing.assert_allclose(sizes, 3 / 4 * np.array([7, 11, 19]), rtol=0.08)
     several = {"architecture": "A [8, 12, 20]", "weights": [1, 2, 1], "count": 101}
     kinds = Scene(RINGS | {"molecules": [several]}).molecules
     assert [(len(kind.beads), kind.count) for kind in kinds] == [(8, 25), (12, 51), (20, 25)]
