@@ -6,9 +6,11 @@ import pytest
 import dpd
 from dpd.engine.space import nearest
 from dpd.errors import UserError
+from dpd.folders import PACKAGE
 from dpd.observe.common.measured import reaching_over
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
+from dpd.scene.yaml import read_yaml
 from dpd.start.common.make import make_start
 from tests.conftest import SCENE
 
@@ -37,6 +39,14 @@ def test_a_run_whose_bonds_grow_too_long_ends_without_a_result(tmp_path, change)
     for part in ("my.yaml: ", "by step", "48% of an edge", "larger box"):
         assert part in str(caught.value)
     assert not (tmp_path / "run.nc").exists()
+
+
+def test_few_long_bonds_are_told_where_a_flow_draws_them():
+    """Of a shear alone: at rest so few change no mean."""
+    box = {"box": [12, 12, 12], "steps": {"equilibrate": 1000, "sample": 1000}, "seed": 1}
+    flow = read_yaml(PACKAGE / "scenes" / "rest_after_shear.yaml") | box | {"schedule": []}
+    with pytest.warns(UserWarning, match="over 48% of an edge, beyond .* the stress is too low"):
+        dpd.run(flow, progress=False)
 
 
 def test_what_is_counted():
