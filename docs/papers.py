@@ -47,11 +47,11 @@ def write_paper_pages(folder: Path) -> None:
             ROOT / source, folder / "sources" / source, ignore=kinds, dirs_exist_ok=True
         )
     for name in read_config()["papers"]:
-        study = study_of(name)
+        study, rows = study_of(name), rows_of(name)
         paper, results = read_paper(name, study, only=[]), Results(str(folder))
         there = {
             figure: each for figure, each in paper.figures.items()
-            if _put_figure(name, figure, study, results)
+            if _put_figure(name, figure, study, rows, results)
         }  # fmt: skip
         page = folder / f"{name}.html"
         about = read_study(study).description
@@ -60,9 +60,9 @@ def write_paper_pages(folder: Path) -> None:
         page.write_text(page.read_text().replace(f'"{here}/', '"sources/'))
 
 
-def _put_figure(paper: str, figure: str, study: str, results: Results) -> bool:
+def _put_figure(paper: str, figure: str, study: str, verdicts: list[Row], results: Results) -> bool:
     """The files of a figure as a study has them, out of the archive; whether it has any."""
-    rows = [row["entry"] for row in rows_of(paper) if row["entry"]["figure"] == figure]
+    rows = [row["entry"] for row in verdicts if row["entry"]["figure"] == figure]
     kept = archive.ARCHIVE / study / paper / f"{figure}.nc"
     picture = next(
         (p for p in (kept.with_suffix(".png"), archive.FIGURES / paper / f"{figure}.png")

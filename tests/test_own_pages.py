@@ -360,9 +360,10 @@ def test_the_schema_for_editors(folder):
     check = jsonschema.Draft202012Validator(json.loads(printed.stdout)).is_valid
     for path in (PACKAGE / "scenes").glob("*.yaml"):
         assert check(read_yaml(path)) and Scene.read(path).beads > 0, path
-    assert check(SCENE) and check(SCENE | {"bond": {"A B": {"stiffness": 4}}})
+    for stiffness in (4, {"from": 4, "to": 8}):
+        assert check(SCENE) and check(SCENE | {"bond": {"A B": {"stiffness": stiffness}}})
     for wrong in (
-        {"boxx": 4}, {"box": "4"}, {"walls": {"axis": "z"}},
+        {"boxx": 4}, {"box": "4"}, {"walls": {"axis": "z"}}, {"thermostat": {"kT": {"to": 2}}},
         {"observe": [{"neighbours": {"within": 9}}]}, {"integrator": {"scheme": "leapfrog"}},
     ):  # fmt: skip
         assert not check(SCENE | wrong), wrong

@@ -25,6 +25,8 @@ class VelocityProfile(Layered, key="velocity_profile"):
         "_sheared": (("block", "layer"), "m / tau", "the same, each times the rate of shear"),
     }
 
+    only_with = {"_sheared": Change.SLIDES}
+
     def measure(self, now: Any) -> Any:
         layers, velocity, species = self.layers(now.scene), now.state.velocity, now.state.species
         layer = layers.of(now)
@@ -32,11 +34,13 @@ class VelocityProfile(Layered, key="velocity_profile"):
         momenta = now.system.momenta(now.state)
         each = [None, mass, np.einsum("kn,kn->n", velocity, momenta), *momenta]
         beads, mass, squares, *momentum = (np.bincount(layer, one, layers.count) for one in each)
-        rate = now.system.shear.rate if now.system.shear else 0.0
-        return {
+        found = {
             "bead_profile": beads, "_mass": mass, "temperature_profile": squares,
-            "velocity_profile": momentum, "_sheared": mass * rate,
+            "velocity_profile": momentum,
         }  # fmt: skip
+        if now.system.shear is not None:
+            found["_sheared"] = mass * now.system.shear.rate
+        return found
 
     def finish(self, scene: Any, found: dict[str, Any]) -> Any:
         beads, mass = found["bead_profile"], found["_mass"]

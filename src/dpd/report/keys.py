@@ -48,16 +48,15 @@ def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
     schema = Basics.model_json_schema(schema_generator=Closed)
     kinds = schema.setdefault("$defs", {})
 
-    def of(page):
-        found = page.model_json_schema(schema_generator=Closed)
+    def of(page, may_change=lambda schema: schema):
+        found = may_change(page.model_json_schema(schema_generator=Closed))
         kinds.update(found.pop("$defs", {}))
         return found["properties"][page.bare] if page.bare else found
 
     kinds["Ramp"] = Ramp.model_json_schema()
-    schema["properties"] |= {key: or_ramp(of(page)) for key, page in terms.items()}
+    schema["properties"] |= {key: of(page, or_ramp) for key, page in terms.items()}
     schema["required"] += [key for key in NEEDED if terms[key].has_required()]
-    for key in (key for page in starts.values() for key in page.completes):
-        schema["required"].remove(key)
+    schema["required"] = [key for key in schema["required"] if key not in _given(starts)]
     named = {key: of(page) for key, page in observables.items()}
     one = {"type": "object", "additionalProperties": False, "properties": named}
     items = [{"enum": list(named)}, one | {"minProperties": 1, "maxProperties": 1}]
@@ -70,15 +69,20 @@ def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
     return schema | {"title": "Scene of dpd-papers"}
 
 
+def _given(starts):
+    """Keys of a scene that some start can give."""
+    return {key for page in starts.values() for key in page.completes}
+
+
 def or_ramp(schema: Any) -> Any:
-    """A schema of settings in which a number may be a ramp."""
+    """A schema of settings in which a number may be a ramp, but for those in a list."""
     if isinstance(schema, list):
         return [or_ramp(each) for each in schema]
     if not isinstance(schema, dict):
         return schema
     if schema.get("type") == "number":
         return {"anyOf": [schema, {"$ref": "#/$defs/Ramp"}]}
-    return {key: or_ramp(value) for key, value in schema.items()}
+    return {key: value if key == "items" else or_ramp(value) for key, value in schema.items()}
 
 
 def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
@@ -88,8 +92,10 @@ def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
     said = " ".join(f"{key}: {text_of(page)}" for key, page in starts.items())
     begin["start"] = begin["start"]._replace(meaning=Start.summary())
     begin["start.method"] = begin["start.method"]._replace(allowed=", ".join(starts), meaning=said)
-    given = {key for page in starts.values() for key in page.completes}
-    basic = (row._replace(default="") if row.key in given else row for row in rows_of(Basics, ""))
+    basic = (
+        row._replace(default="") if row.key in _given(starts) else row
+        for row in rows_of(Basics, "")
+    )  # fmt: skip
     found = [*basic, *begin.values()]
     for key, page in starts.items():
         more = [row for row in rows_of(page, "start.") if row.key not in begin]
