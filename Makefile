@@ -28,7 +28,7 @@ docs: .venv/ready
 
 look: .venv/ready
 	.venv/bin/python -m pip install --quiet $$(sed -n 's/^# `make look` installs: //p' requirements.txt)
-	.venv/bin/python tests/look.py results/quick/report.html
+	.venv/bin/python docs/look.py results/quick/report.html
 
 # Without bytecode, which Python makes of what is imported: of all packages it takes 20 s of 60.
 .venv/ready: requirements.txt pyproject.toml

@@ -5,12 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import dpd
 from dpd import files
 from dpd.engine.loop import stored_in
 from dpd.engine.simulation import Simulation, Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
+from dpd.folders import PACKAGE
 from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import displacements, followed
 from dpd.particles import read
@@ -171,3 +173,26 @@ def test_a_trajectory_has_the_box_of_each_frame(tmp_path):
     scaled = [frame.position / np.array(frame.box)[:, None] + frame.image for frame in frames]
     assert np.abs(np.diff(scaled, axis=0)).max() < 1 / 3
     assert np.abs(scaled[-1] - scaled[0]).max() > 0.5
+
+
+def test_a_gas_is_compressed(tmp_path):
+    """All work is heat: kT V^(2/3) stays, p_zz V goes with 1 / L_z^2; through any kill."""
+    gas = dpd.run(PACKAGE / "scenes" / "compression.yaml", progress=False)
+    assert gas.kT.values == pytest.approx([2] * 10, rel=0.1)  # standard error 3 %
+    for more in ({"pressure": {"target": 20}}, {"shear": {"rate": 1}}):
+        with pytest.raises(UserError, match=r"not allowed with 'box'"):
+            Scene(FLUID | more | {"box": {"from": 4, "to": 6}})
+    free = {"repulsion": {"A A": 0}, "thermostat": {"gamma": 0}, "observe": ["thermo"]}
+    same = {"box": {"from": 4, "to": 6, "over": "equilibrate"}}
+    steps = {"steps": {"equilibrate": 100, "sample": 60}}
+    gas = dpd.run(SCENE | free | same | steps, progress=False)
+    before = dpd.run(SCENE | free | steps, progress=False)
+    expected = before.kT.mean() * (64 / 216) ** (2 / 3)
+    assert gas.volume.values == pytest.approx([216] * 6) and gas.kT.values == pytest.approx(
+        [float(expected)] * 6
+    )
+    whole, _ = run(SCENE | same | steps, tmp_path / "whole.nc")
+    with pytest.raises(Killed):
+        run(SCENE | same | steps, tmp_path / "run.nc", kill_at(66), every_seconds=0.0)
+    again, _ = run(SCENE | same | steps, tmp_path / "run.nc")
+    np.testing.assert_array_equal(again["pressure"], whole["pressure"])

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 
 import dpd
+from dpd.engine.simulation import Simulation
+from dpd.engine.state import OF_BONDS
 from dpd.errors import UserError
 from dpd.folders import PACKAGE
 from dpd.particles import read, write
@@ -14,7 +16,7 @@ from dpd.particles.particles import Particles, spanned
 from dpd.scene.molecules import graph_of, written
 from dpd.scene.scene import Scene
 from dpd.scene.yaml import read_yaml
-from dpd.start.common.make import make_start
+from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
 from tests.systems import look
 from tests.test_trees import WRITTEN
@@ -112,6 +114,11 @@ def test_a_membrane():
     assert found["tail_order"][0] == pytest.approx(1 - 1.5 * 2 / 16)
 
 
+def test_bonds_of_two_types():
+    run = dpd.run(PACKAGE / "scenes" / "typed_bonds.yaml", progress=False)
+    assert run.end_to_end_square.mean() == pytest.approx(1, abs=0.03)  # standard error 0.7 %
+
+
 def test_chains_of_several_lengths():
     """Whole molecules, near to the weights, of ideal sizes; pairs with a range of their own."""
     run = dpd.run(PACKAGE / "scenes" / "polydisperse.yaml", progress=False)
@@ -131,3 +138,35 @@ def test_chains_of_several_lengths():
     )
     np.testing.assert_allclose(plain, same, rtol=1e-9)
     assert (less < plain).all()
+
+
+@pytest.mark.parametrize("suffix", ["data", "gsd"])
+def test_laws_by_the_types_of_a_file(tmp_path, suffix):
+    """Of molecules that differ in nothing else: the energy that types, numbers or names, say."""
+    place = np.array([[1, 1.5, 1.9, 3, 3.6, 3.9], [1, 1.1, 1.7, 1, 1.2, 1.9], [1, 1, 1, 1, 1, 1.3]])
+    types = {(0, 1): "soft", (1, 2): "stiff", (3, 4): "stiff", (4, 5): "soft"}
+    types |= {(0, 1, 2): "1", (3, 4, 5): "2"}
+    bonds, angles = (np.array([each for each in types if len(each) == n]) for n in (2, 3))
+    names = np.zeros(6, int), ("A",)
+    given = Particles((6.0,) * 3, place, 0 * place, 0 * place, *names, bonds, angles=angles)
+    write(given._replace(types=types), path := tmp_path / f"typed.{suffix}")
+    assert read(path).types == types
+    scene = Scene({
+        "dimension": 3, "repulsion": {"A A": 0}, "steps": {"sample": 1},
+        "integrator": {"scheme": "gw-vv", "dt": 0.01},
+        "bond": {"soft": {"stiffness": 4}, "stiff": {"stiffness": 50}},
+        "angle": {1: {"stiffness": 3}, "2": {"stiffness": 7}},
+        "start": {"method": "file", "path": str(path)},
+    })  # fmt: skip
+    stiffness, expected = {"soft": 4, "stiff": 50, "1": 3, "2": 7}, 0.0
+    for beads, name in types.items():
+        one, *other = np.diff(place[:, beads]).T
+        size = np.sqrt(one @ one)
+        for two in other:
+            size = np.arccos(one @ two / size / np.sqrt(two @ two))  # from straight
+        expected += stiffness[name] * size**2 / 2
+    found = Simulation(system_of(scene), make_start(scene)).measure().energy
+    assert found[0, OF_BONDS] == pytest.approx(expected)
+    with pytest.raises(UserError, match=r"molecules\.0\.types\.soft: \[0, 5\]: no bond or angle"):
+        Scene(RINGS | {"bond": {"soft": {"stiffness": 1}}, "molecules": [
+            {"architecture": "A 6", "count": 9, "types": {"soft": [[0, 5]]}}]})  # fmt: skip

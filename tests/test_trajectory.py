@@ -10,9 +10,12 @@ import MDAnalysis
 import numpy as np
 import pytest
 
+import dpd
 from dpd.engine.simulation import Simulation
+from dpd.engine.stress import at_beads
 from dpd.errors import UserError
 from dpd.files import read
+from dpd.folders import PACKAGE
 from dpd.runs.run import Options, simulate
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start, system_of
@@ -108,7 +111,7 @@ def test_frames_that_are_not_those_of_the_checkpoint(tmp_path):
 def test_frames_hold_what_a_scene_asks_for(tmp_path):
     """One species with the bonds among its beads, without velocities, from the beginning on."""
     asked = {"species": ["A"], "velocities": False, "equilibration": True}
-    asked |= {"every": 5, "per_decade": 2}
+    asked |= {"every": 5, "per_decade": 2, "forces": True}
     scene = Scene(CHAINS | {"steps": {"equilibrate": 13, "sample": 12}, "observe": [
         {"trajectory": asked}, {"thermo": {"every": 4}}]})  # fmt: skip
     settings = Options(every_seconds=0.0)
@@ -128,7 +131,28 @@ def test_frames_hold_what_a_scene_asks_for(tmp_path):
             np.testing.assert_array_equal(found.body, np.repeat(np.arange(20), 3))
             bonds = [(3 * k + i, 3 * k + i + 1) for k in range(20) for i in range(2)]
             np.testing.assert_array_equal(frame.bonds.group, bonds)
+            held = at_beads(simulation.system, simulation.state)
+            np.testing.assert_allclose(frame.log["particles/forces"], held.force[written], 1e-6)
+            np.testing.assert_allclose(frame.log["particles/energies"], held.energy[written], 1e-6)
+            xx, xy, _, yy, *_ = frame.log["particles/virials"].T
+            flat = np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2)
+            np.testing.assert_allclose(flat, held.virial[written], 1e-6)
             assert frame.log["time"] == pytest.approx(0.02 * frame.configuration.step)
+
+
+def test_forces_of_beads_are_those_of_the_run(tmp_path):
+    """Their energies add up to that of the run, their virials and velocities to its pressure."""
+    run = dpd.run(PACKAGE / "scenes" / "frames.yaml", output=tmp_path / "run.nc", progress=False)
+    with gsd.hoomd.open(tmp_path / "run.gsd") as file:
+        assert len(file) == 17
+        for frame in file:
+            there = run.isel(time=(frame.configuration.step - 200) // 10 - 1)
+            held = frame.log["particles/energies"].sum()
+            moved = (frame.particles.velocity**2).sum() * 375 / 374  # of N - 1 free beads
+            virial = frame.log["particles/virials"][:, [0, 3, 5]].sum()
+            assert held == pytest.approx(float(there.pair_energy), rel=1e-5)
+            assert (virial + moved) / 375 == pytest.approx(float(there.pressure), rel=1e-5)
+            assert abs(frame.log["particles/forces"].sum(axis=0)).max() < 1e-2
 
 
 def test_freud_finds_the_same_structure(tmp_path):

@@ -64,6 +64,7 @@ class Reference:
         """Forces, virials and energies where the beads are, friction with this velocity."""
         self.force = np.zeros_like(self.position)
         self.virial, self.energy = np.zeros((2, len(self.position), len(self.position))), [0, 0]
+        self.virial_of_beads = np.zeros(self.position.shape[::-1] + self.position.shape[:1])
         self.evaluate_pairs(velocity)
         if self.system.per_bead:
             self.evaluate_bath(velocity)
@@ -213,6 +214,9 @@ class Reference:
             np.add.at(self.force[k], i, full[k])
             np.subtract.at(self.force[k], j, full[k])
         self.virial += [r_ij @ conservative.T, r_ij @ full.T]
+        for ends in (i, j):
+            half = r_ij[:, None] * conservative / 2
+            np.add.at(self.virial_of_beads, ends, half.transpose(2, 0, 1))
 
     def step(self):
         """One step of Eq. 7 or Eq. 9, with or without an acceleration term, or of DPD-VV.

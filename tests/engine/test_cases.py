@@ -1,9 +1,11 @@
 """Every kind of system: beside the plain reference, and what holds for all of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from dpd.engine.stress import force_and_curvature
+from dpd.engine.stress import at_beads, force_and_curvature
 from dpd.jit import COMPILES
 from tests.engine.cases import CASES, SPLIT, beside, simulation_of
 from tests.engine.reference import flow_of
@@ -122,6 +124,10 @@ def test_forces_and_curvature_are_derivatives_of_the_energy(name):
         low, high = energy(at, -NUDGE), energy(at, NUDGE)
         assert force[at] == pytest.approx((low - high) / (2 * NUDGE), abs=2e-5 * abs(force).max())
         laplacian += (low + high - 2 * middle) / NUDGE**2
+    held = at_beads(replace(simulation.system, box=simulation.box), simulation.state)
+    np.testing.assert_allclose(held.force.T, force, atol=1e-9)
+    assert held.energy.sum() == pytest.approx(energy((0, 0), 0.0))
+    np.testing.assert_allclose(held.virial, reference.virial_of_beads, atol=1e-9)
     if "shear" not in name:
         squares, curvature = force_and_curvature(simulation.system, simulation.state)
         assert squares == pytest.approx((force**2).sum(), rel=1e-9)

@@ -16,7 +16,6 @@ from dpd.engine.neighbours import (
     pair_buffers,
 )
 from dpd.engine.rows import empty_rows, rows_of
-from dpd.engine.state import State
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
 
@@ -106,31 +105,35 @@ def _histogram(counts, place, beads, rows, farthest, bins):
             counts[place[p]] += 1
 
 
-def near_by_species(state: State, box: Sequence[float], count: int) -> np.ndarray:
-    """(2, species, species) array: numbers of pairs within the cutoff, and their (1 - r)^2 summed.
-
-    Both are symmetric: those of unlike beads stand on either side of the diagonal.
-    """
-    beads, sums = sorted_beads(state.position, box, CUTOFF), np.zeros((2, count, count))
-    kinds = np.zeros(len(beads.bead), np.uint8) if state.species is None else state.species
-    _by_species(sums, beads, kinds[beads.bead])
-    return sums + sums.swapaxes(1, 2) * ~np.eye(count, dtype=bool)
+def near_beads(
+    position: np.ndarray, box: Sequence[float], within: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(pairs,) numbers of the two beads of each pair within a distance, and their distances."""
+    beads, room = sorted_beads(position, box, max(within, SMALLEST_CELL)), 0
+    while True:
+        ends, distance = np.empty((2, room), np.uint32), np.empty(room)
+        count = _list_near(ends, distance, beads, within)
+        if count <= room:
+            return *ends[:, :count], distance[:count]
+        room = count
 
 
 @kernel()
-def _by_species(sums, beads, species):
-    pairs, edges = beads.search.pairs, beads.search.edges
+def _list_near(ends, distance, beads, within):
+    """Write down pairs where there is room for them, and count them all."""
+    pairs, edges, count = beads.search.pairs, beads.search.edges, 0
     at = first_place()
     while at.slot < len(beads.bead):
-        at, n = near_pairs(at, len(beads.bead), beads.ordered, beads.search, CUTOFF)
-        for p in range(n):
+        at, n = near_pairs(at, len(beads.bead), beads.ordered, beads.search, within)
+        for p in range(n if count + n <= len(distance) else 0):
             r2 = 0.0
             for k in range(len(edges)):
                 r2 += pairs.separation[k, p] * pairs.separation[k, p]
-            w = 1.0 - np.sqrt(r2)
-            one, other = species[pairs.i[p]], species[pairs.j[p]]
-            sums[0, one, other] += 1.0
-            sums[1, one, other] += w * w
+            distance[count + p] = np.sqrt(r2)
+            ends[0, count + p] = beads.bead[pairs.i[p]]
+            ends[1, count + p] = beads.bead[pairs.j[p]]
+        count += n
+    return count
 
 
 def density_waves(

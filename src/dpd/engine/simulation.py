@@ -105,9 +105,13 @@ class Simulation(Snapshot):
             past = before.shear, before.dt, self.state.slid or 0
             slid = begun_for(system.box, system.shear, system.dt, self.state.step, past)
             self.state = replace(self.state, slid=slid)
-        self.system = system
         if anew:
             self.state = replace(self.state, force=None, reference=None)
+        if system.pressure is None and system.shear is None and system.box != self.box:
+            from dpd.engine.barostat import scaled_state
+
+            self.state = scaled_state(system, self.state, self.box, system.box)
+        self.system = system
         self._spare: Beads | None = None
         self._plan, self._room = _plan_of(system, self.box), np.zeros(3, np.int64)
         self._make_buffers()

@@ -12,7 +12,7 @@ from dpd.engine.rows import of_bead, of_pair, push_apart, rows_of
 from dpd.engine.state import State, System
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
-from dpd.physics.common.forces import curvature, force, force_over_r, law_of, slope
+from dpd.physics.common.forces import curvature, energy, force, force_over_r, law_of, slope
 
 NORMAL, TANGENTIAL = 0, 1
 SHORTEST = 1e-12  # slices that a line has to cross to be cut: below it lies in one slice
@@ -81,13 +81,15 @@ def virial_in_slices(system: System, state: State, slices: Slices) -> np.ndarray
     """
     beads, virial = sorted_beads(state.position, system.box, 1.0), np.zeros((2, 3, slices.number))
     species = None if state.species is None else state.species[beads.bead]
-    _add_virial(virial.reshape(2, -1), beads, species, acting_on(system, state, beads), slices)
+    unused = np.zeros_like(beads.x), np.zeros((2, system.dimension, system.dimension)), np.zeros(2)
+    acting = acting_on(system, state, beads)
+    _add_virial(virial.reshape(2, -1), beads, species, acting, slices, unused)
     virial[TANGENTIAL] /= system.dimension - 1
     return virial.sum(axis=1)  # of the box, and of an image on either side, where lines may end
 
 
 @kernel()
-def _add_virial(virial, beads, species, acting, slices):
+def _add_virial(virial, beads, species, acting, slices, unused):
     search, n_beads, pair = beads.search, len(beads.bead), acting.pair
     pairs, edges = search.pairs, search.edges
     slot, arms, others = acting.slot, acting.arms, acting.others
@@ -111,45 +113,30 @@ def _add_virial(virial, beads, species, acting, slices):
             end = begin - pairs.separation[slices.axis, p]
             spread(virial, begin, end, pairs.force_over_r[p], pairs.weight_over_r[p], slices)
     forces.find_slots(slot, acting.identity, Share(np.uint64(0), np.uint64(n_beads)))
-    spread_bonds(virial, beads.x, slot, acting.bonds, arms, edges, slices)
-    spread_angles(virial, beads.x, slot, acting.angles, arms, others, edges, slices)
+    forces.add_bonds(
+        unused[0], beads.x, slot, acting.bonds, 0, arms, *unused[1:], False, edges, None
+    )
+    spread_arms(virial, beads.x, acting.bonds, arms, False, edges, slices)
+    forces.add_angles(
+        unused[0], beads.x, slot, acting.angles, 0, arms, others, *unused[1:], False, edges, None
+    )
+    spread_arms(virial, beads.x, acting.angles, arms, True, edges, slices)
+    spread_arms(virial, beads.x, acting.angles, others, True, edges, slices)
 
 
-@inlined(given="bonds")
-def spread_bonds(virial, x, slot, bonds, arms, edges, slices):
-    _, n = forces.gather(arms, bonds, 0, x, slot, 0, edges, None)
-    for b in range(n):
-        r, along = forces.length(arms.apart, b, edges), arms.apart[slices.axis, b]
-        over_r = force_over_r(law_of(bonds.law, b), r)
-        normal = over_r * along * along
+@inlined(given="bonded")
+def spread_arms(virial, x, bonded, arms, aside, edges, slices):
+    """Spread along bonds what these do, or what angles do, aside of each of their two."""
+    for b in range(len(bonded.members)):
+        every, normal, along = 0.0, 0.0, arms.apart[slices.axis, b]
+        for k in range(len(edges)):
+            push = arms.push[k, b] if aside else arms.scale[b] * arms.apart[k, b]
+            moment = push * arms.apart[k, b]
+            every += moment
+            if k == slices.axis:
+                normal += moment
         begin = x[arms.i[b], slices.axis]
-        spread(virial, begin, begin - along, normal, over_r * r * r - normal, slices)
-
-
-@inlined(given="angles")
-def spread_angles(virial, x, slot, angles, arms, others, edges, slices):
-    forces.gather(arms, angles, 0, x, slot, 0, edges, None)
-    _, n = forces.gather(others, angles, 0, x, slot, 2, edges, None)
-    for a in range(n):
-        at = forces.opening(arms.apart, others.apart, a, edges)
-        across = -force(law_of(angles.law, a), at.theta) * at.sine / (at.sine * at.sine + CLOSEST)
-        spread_arm(virial, x, arms, others, a, across, at, at.over_i, at.over_k, edges, slices)
-        spread_arm(virial, x, others, arms, a, across, at, at.over_k, at.over_i, edges, slices)
-
-
-@inlined()
-def spread_arm(virial, x, arm, other, a, across, at, over_arm, over_other, edges, slices):
-    """Spread what an angle does along one of its bonds, from the outer bead to the middle one."""
-    normal, every = 0.0, 0.0
-    for k in range(len(edges)):
-        aside = other.apart[k, a] * over_other - at.cosine * arm.apart[k, a] * over_arm
-        push = across * over_arm * aside
-        every += arm.apart[k, a] * push
-        if k == slices.axis:
-            normal += arm.apart[k, a] * push
-    begin = x[arm.i[a], slices.axis]
-    end = begin - arm.apart[slices.axis, a]
-    spread(virial, begin, end, normal, every - normal, slices)
+        spread(virial, begin, begin - along, normal, every - normal, slices)
 
 
 @inlined()
@@ -204,26 +191,54 @@ def _add_walls(virial, position, species, walls, slices):
                     spread(virial, begin, end, push * abs(begin - end), 0.0, slices)
 
 
+class AtBeads(NamedTuple):
+    """What conservative forces are and hold, bead by bead.
+
+    Half of what acts between two beads, and so along a bond, belongs to each; the halves of an
+    angle act along its two bonds.
+    """
+
+    force: Any  # (n, dimension) in kT / r_c; of kernels None
+    energy: np.ndarray  # (n,) in kT
+    virial: np.ndarray  # (n, dimension, dimension) in kT: sum of r_ij F_ij / 2
+
+
+def at_beads(system: System, state: State) -> AtBeads:
+    """Of each bead by its identity; a body force is left out."""
+    d, n = state.position.shape
+    halves = AtBeads(None, np.zeros(n), np.zeros((n, d, d)))
+    total, _ = _evaluated(system, state, halves)
+    found = halves._replace(force=total[:, :d])
+    return AtBeads(*(each[np.argsort(state.identity)] for each in found))
+
+
 def force_and_curvature(system: System, state: State) -> np.ndarray:
     """Sum of squared conservative forces, and the Laplacian of the potential, without a core.
 
     In equilibrium <sum F_i^2> = kT <sum nabla_i^2 U> (Rugh 1997; Butler et al. 1998).
     """
-    beads = sorted_beads(state.position, system.box, 1.0)
-    total, d = np.zeros_like(beads.x), system.dimension
-    slopes = None if system.many_body is None else np.zeros_like(beads.x)
-    acting, unused = acting_on(system, state, beads), (np.zeros((2, d, d)), np.zeros(2))
-    laplacian = _laplacian(total, slopes, beads, state.species, acting, system.walls, *unused)
-    if slopes is not None:  # of each bead's density, by its own place
-        laplacian += (slopes * slopes).sum()
+    total, laplacian = _evaluated(system, state, None)
     return np.array([(total * total).sum(), laplacian])
 
 
+def _evaluated(system, state, halves):
+    """Forces by the slot of the bead, and the Laplacian of the potential; halves are added up."""
+    beads, d = sorted_beads(state.position, system.box, 1.0), system.dimension
+    total = np.zeros_like(beads.x)
+    slopes = None if system.many_body is None else np.zeros_like(beads.x)
+    acting, unused = acting_on(system, state, beads), (np.zeros((2, d, d)), np.zeros(2))
+    rest = state.species, acting, system.walls, halves, *unused
+    laplacian = _laplacian(total, slopes, beads, *rest)
+    if slopes is not None:  # of each bead's density, by its own place
+        laplacian += (slopes * slopes).sum()
+    return total, laplacian
+
+
 @kernel()
-def _laplacian(total, slopes, beads, species, acting, walls, virial, sums):
+def _laplacian(total, slopes, beads, species, acting, walls, halves, virial, sums):
     """Add up all forces, by the number of the bead; return the Laplacian of the potential."""
     search, pair, many_body = beads.search, acting.pair, acting.many_body
-    pairs, edges, n_beads = search.pairs, search.edges, np.uint64(len(beads.bead))
+    pairs, edges, slide, n_beads = search.pairs, search.edges, search.slide, np.uint64(len(beads.x))
     slot, arms, others, laplacian = acting.slot, acting.arms, acting.others, 0.0
     at = first_place()
     while at.slot < n_beads:
@@ -242,15 +257,29 @@ def _laplacian(total, slopes, beads, species, acting, walls, virial, sums):
             # u'' + (d - 1) u' / r, for both beads of the pair
             laplacian += 2.0 * (bent - (len(edges) - 1) * over_r)
             push_apart(total, i, j, over_r, pairs.separation, p, edges)
+            held = energy(pair, a, r, w) + energy(many_body, pairs.crowd[p], r)
+            share(halves, i, j, held, over_r, pairs.separation, pairs.separation, p, edges)
             laplacian += add_slopes(slopes, many_body, i, j, r, pairs.separation, p, edges)
     forces.find_slots(slot, acting.identity, Share(np.uint64(0), n_beads))
-    forces.add_bonds(total, beads.x, slot, acting.bonds, 0, arms, virial, sums, False, edges, None)
+    forces.add_bonds(total, beads.x, slot, acting.bonds, 0, arms, virial, sums, False, edges, slide)
+    laplacian += bond_curvature(arms, acting.bonds, halves, edges)
     forces.add_angles(
-        total, beads.x, slot, acting.angles, 0, arms, others, virial, sums, False, edges, None
+        total, beads.x, slot, acting.angles, 0, arms, others, virial, sums, False, edges, slide
     )
-    laplacian += bond_curvature(beads.x, slot, acting.bonds, arms, edges)
-    laplacian += angle_curvature(beads.x, slot, acting.angles, arms, others, edges)
-    return laplacian + add_wall_curvature(total, beads.x, species, walls)
+    laplacian += angle_curvature(arms, others, acting.angles, halves, edges)
+    return laplacian + add_wall_curvature(total, beads.x, species, walls, halves)
+
+
+@inlined(given="halves")
+def share(halves, i, j, held, scale, push, apart, p, edges):
+    """Give two beads their halves of an energy, and of the virial of scale times the push on i."""
+    halves.energy[i] += 0.5 * held
+    halves.energy[j] += 0.5 * held
+    for k in range(len(edges)):
+        for m in range(len(edges)):
+            half = 0.5 * scale * apart[k, p] * push[m, p]
+            halves.virial[i, k, m] += half
+            halves.virial[j, k, m] += half
 
 
 @inlined()
@@ -264,21 +293,23 @@ def add_slopes(slopes, many_body, i, j, r, separation, p, edges):
 
 
 @inlined()
-def bond_curvature(x, slot, bonds, arms, edges):
+def bond_curvature(arms, bonds, halves, edges):
     """The part of bonds in the Laplacian of the potential: u'' + (d - 1) u' / r at both ends."""
     if bonds is None:
         return 0.0
-    total, (_, n) = 0.0, forces.gather(arms, bonds, 0, x, slot, 0, edges, None)
-    for b in range(n):
+    total = 0.0
+    for b in range(len(bonds.members)):
         r = forces.length(arms.apart, b, edges)
         law = law_of(bonds.law, b)
         over_r = force_over_r(law, r)
         total += 2.0 * (curvature(law, r) - (len(edges) - 1) * over_r)
+        i, j = arms.i[b], arms.j[b]
+        share(halves, i, j, energy(law, r), over_r, arms.apart, arms.apart, b, edges)
     return total
 
 
 @inlined()
-def angle_curvature(x, slot, angles, arms, others, edges):
+def angle_curvature(arms, others, angles, halves, edges):
     """The part of angles in the Laplacian of the potential, summed over their three beads.
 
     With c and s the cosine and sine of theta, d the dimension, and beads as in `add_angles`, the
@@ -287,9 +318,8 @@ def angle_curvature(x, slot, angles, arms, others, edges):
     """
     if angles is None:
         return 0.0
-    forces.gather(arms, angles, 0, x, slot, 0, edges, None)
-    total, (_, n) = 0.0, forces.gather(others, angles, 0, x, slot, 2, edges, None)
-    for a in range(n):
+    total = 0.0
+    for a in range(len(angles.members)):
         at = forces.opening(arms.apart, others.apart, a, edges)
         over_s = at.sine / (at.sine * at.sine + CLOSEST)
         squares = at.over_i * at.over_i + at.over_k * at.over_k
@@ -298,11 +328,14 @@ def angle_curvature(x, slot, angles, arms, others, edges):
         total += curvature(law, at.theta) * 2.0 * (squares - at.cosine * product)
         bend = 2.0 * (len(edges) - 2) * over_s * (at.cosine * squares - product)
         total -= force(law, at.theta) * bend
+        half = 0.5 * energy(law, at.theta)
+        share(halves, arms.i[a], arms.j[a], half, 1.0, arms.push, arms.apart, a, edges)
+        share(halves, others.i[a], others.j[a], half, 1.0, others.push, others.apart, a, edges)
     return total
 
 
 @inlined()
-def add_wall_curvature(f, x, species, walls):
+def add_wall_curvature(f, x, species, walls, halves):
     """Add the forces of walls; return their part in the Laplacian of the potential."""
     if walls is None:
         return 0.0
@@ -314,4 +347,6 @@ def add_wall_curvature(f, x, species, walls):
             a = of_bead(walls.repulsion, species, s)
             f[s, axis] += inward * force(walls, a, z)
             laplacian += curvature(walls, a, z)
+            if halves is not None:
+                halves.energy[s] += energy(walls, a, z)
     return laplacian

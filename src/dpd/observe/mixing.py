@@ -29,12 +29,9 @@ class Mixing(Observable, key="mixing"):
         return {"unlike_pair": species_pairs(scene, combinations(range(len(scene.species)), 2))}
 
     def measure(self, now: Any) -> Any:
-        from dpd.engine.measure import near_by_species
-
         number = np.bincount(now.scene.kinds, minlength=len(now.scene.species)).astype(float)
         by_lot = 2 * np.outer(number, number) / (now.beads * (now.beads - 1))
-        pairs = near_by_species(now.state, now.lattice, len(number))[0]
-        total = np.triu(pairs).sum()
+        pairs, total = now.by_species(1.0, np.ones_like), len(now.pairs(1.0).i)
         return [
             1 - pairs[a, b] / (by_lot[a, b] * total) if total else 0.0
             for a, b in combinations(range(len(number)), 2)

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from math import log10
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,12 @@ class Trajectory(Observable, key="trajectory"):
     Position plus image times the vectors of the box has every molecule in one piece. Each frame
     holds ``log/time``, in tau since the run began, ``log/dt`` and ``log/kT``, and the number of the
     molecule of each bead as its body, which MDAnalysis takes for that of its residue.
+
+    With ``forces`` it holds, under ``log/particles/``, the conservative ``forces`` on each bead in
+    kT / r_c, but for a body force, its ``energies`` in kT and its ``virials`` xx, xy, xz, yy, yz,
+    zz in kT, as HOOMD names them: of what acts between two beads, or along a bond of an angle, a
+    half belongs to each. The sum of virials and of m v v of the beads in a volume, over it, is the
+    pressure tensor there.
     """
 
     stands = frozenset(Change)
@@ -24,6 +31,7 @@ class Trajectory(Observable, key="trajectory"):
         "given, all.", None, of="some species", min_length=1,
     )  # fmt: skip
     velocities: bool = setting("Whether frames have velocities.", True)
+    forces: bool = setting("Whether frames have forces, energies and virials of beads.", False)
     per_decade: int | None = setting(
         "Frames of some samples alone, so many in each decade of time, evenly on its logarithm.",
         None, ge=1, le=1000,
@@ -74,6 +82,15 @@ class Trajectory(Observable, key="trajectory"):
         frame.particles.body = self.molecule(scene)
         said = {"time": now.time, "dt": now.system.dt, "kT": now.system.kT}
         frame.log = {name: np.array([value]) for name, value in said.items()}
+        if self.forces:
+            from dpd.engine.stress import at_beads
+
+            found = at_beads(replace(now.system, box=now.lattice), state)
+            more = 0, 3 - now.dimension
+            virials = np.pad(found.virial, ((0, 0), more, more))[:, *np.triu_indices(3)]
+            named = {"forces": found.force, "energies": found.energy, "virials": virials}
+            for name, each in named.items():
+                frame.log[f"particles/{name}"] = each[self.written(scene)].astype(np.float32)
         frames = now.kept["frames"]
         now.kept["digests"][frames[0]] = now.file.append(frame)
         frames += 1

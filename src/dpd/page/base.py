@@ -244,7 +244,8 @@ def check_table(
 
     The example is a usual value, or '' where values may be left out.
     """
-    there, species, wrong = list(there), set(scene.species), False
+    there, wrong = list(there), False
+    species = {*scene.species, *(name for along in there for name in along)}  # and names of types
     known = set(there)
     for name, value in table.items():
         along = tuple(name.split())

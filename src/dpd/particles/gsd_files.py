@@ -50,6 +50,12 @@ def read_gsd(path: Path, frame: int = -1) -> Particles:
         step=int(configuration.step),
         left_out=tuple(_left_out(found)),
         masses=_masses(beads),
+        types={
+            tuple(group): table.types[kind]
+            for table in (found.bonds, found.angles)
+            if len(table.types or ()) > 1
+            for group, kind in zip(table.group.tolist(), table.typeid)
+        },
     ).checked(path)
 
 
@@ -87,9 +93,6 @@ def _left_out(frame):
     for name in MORE_BONDS:
         if count := getattr(frame, name).N:
             yield f"{count} {name} are left out: there are none here"
-    for name in ("bonds", "angles"):
-        if (types := len(getattr(frame, name).types or ())) > 1:
-            yield f"{name} of {types} types become {name} of one type"
 
 
 def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Frame:
@@ -113,8 +116,9 @@ def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Fr
     for kind in ("bond", "angle"):
         members, table = getattr(particles, f"{kind}s"), getattr(frame, f"{kind}s")
         if len(members):
-            table.N, table.types, table.group = len(members), [kind], members
-            table.typeid = np.zeros(len(members), np.uint32)
+            table.N, table.group = len(members), members
+            table.types, numbers = particles.numbered(kind)
+            table.typeid = numbers.astype(np.uint32)
     return frame
 
 

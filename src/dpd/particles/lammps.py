@@ -122,6 +122,8 @@ def read_data(path: Path) -> Particles:
     velocity = _velocities(data, identities)
     if velocity is not None and dimension == 2 and velocity[:, 2].any():
         left_out.append("velocities along z are left out: there are two dimensions")
+    bonds, bond_types = _members(data, identities, "Bond", 2)
+    angles, angle_types = _members(data, identities, "Angle", 3)
     image = rows[:, -3:] if columns[-3:] == FLAGS else np.zeros(position.shape)
     return Particles(
         box=box_of_file(edges[:dimension], factors, path),
@@ -130,8 +132,9 @@ def read_data(path: Path) -> Particles:
         velocity=None if velocity is None else velocity[:, :dimension].T,
         species=kinds - 1,
         names=names,
-        bonds=_members(data, identities, "Bond", 2),
-        angles=_members(data, identities, "Angle", 3),
+        bonds=bonds,
+        angles=angles,
+        types=bond_types | angle_types,
         step=int(found[1]) if (found := STEP.search(data.title)) else 0,
         left_out=tuple(left_out),
         masses=_masses(data, labels),
@@ -224,10 +227,14 @@ def _velocities(data, identities):
 
 
 def _members(data, identities, kind, size):
-    """(n, size) array of the places of the atoms of bonds or angles, in the order of identities."""
-    columns = ["id", "type", *["id"] * size]
-    rows = data.table(f"{kind}s", data.count(f"{kind.lower()}s"), columns, data.labels(kind))
-    return _places(data, f"{kind}s", identities, rows[:, 2:])
+    """(n, size) places of the atoms of bonds or angles by identities, and their types."""
+    columns, labels = ["id", "type", *["id"] * size], data.labels(kind)
+    rows = data.table(f"{kind}s", data.count(f"{kind.lower()}s"), columns, labels)
+    names = {number: label for label, number in labels.items()}
+    members = _places(data, f"{kind}s", identities, rows[:, 2:])
+    numbers = rows[:, 1].tolist() if len({*rows[:, 1]}) > 1 else ()
+    types = {tuple(one): names.get(n, f"{n:.0f}") for one, n in zip(members.tolist(), numbers)}
+    return members, types
 
 
 def _places(data, section, identities, wanted):
@@ -242,9 +249,6 @@ def _left_out(data: Data, columns: Sequence[str], rows: np.ndarray) -> Iterator[
     """What a file has that is lost, a sentence each."""
     if lost := [name for k, name in enumerate(columns) if name not in USED and rows[:, k].any()]:
         yield f"{', '.join(lost)} of the atoms left out: beads have none here"
-    for name in ("bond", "angle"):
-        if (types := data.count(f"{name} types")) > 1:
-            yield f"{name}s of {types} types become {name}s of one type"
     for name in data.sections:
         if name not in KNOWN and not name.endswith((" Coeffs", " Type Labels")):
             yield f"section {name} is left out: it says nothing that is known here"
@@ -259,7 +263,7 @@ def as_data(particles: Particles, types: Mapping[str, np.ndarray] = {}) -> str:
     """A configuration as the text of a data file, of atom style ``angle``, ``bond`` or ``atomic``.
 
     In two dimensions the box is 1 thick along z. Under shear velocities are those about the flow.
-    ``types`` are those of each ``bond`` and ``angle``, from 1 on, if not all are 1.
+    ``types`` are those of each ``bond`` and ``angle``, from 1 on, if not those of the particles.
     """
     bonds, angles, box = particles.bonds, particles.angles, particles.box
     style = style_of(particles)
@@ -269,19 +273,25 @@ def as_data(particles: Particles, types: Mapping[str, np.ndarray] = {}) -> str:
     if style != "atomic":
         kinds.insert(0, particles.molecules + 1)
     counts = {"atoms": particles.beads, "atom types": len(particles.names)}
-    joined = {
-        name: (types.get(name, np.ones(len(members), int)), *members.astype(int).T + 1)
-        for name, members in (("bond", bonds), ("angle", angles)) if len(members)
-    }  # fmt: skip
-    for name, (type, *_) in joined.items():
-        counts |= {f"{name}s": len(type), f"{name} types": type.max()}
+    joined, labels = {}, {}
+    for name, members in (("bond", bonds), ("angle", angles)):
+        if len(members):
+            found, numbers = particles.numbered(name)
+            named = any(not each.isdigit() for each in found)
+            own = numbers + 1 if named else np.array(found, int)[numbers]
+            type = types.get(name, own)
+            counts |= {f"{name}s": len(type), f"{name} types": type.max()}
+            joined[name] = type, *members.astype(int).T + 1
+            if named and len(found) > 1 and name not in types:
+                lines = [f"{number} {label}" for number, label in enumerate(found, 1)]
+                labels[f"{name.capitalize()} Type Labels"] = lines
     ends = [f"0 {float(edge)!r}" for edge in box] + [f"{-HALF} {HALF}"]
     header = [f"{number} {name}" for name, number in counts.items()]
     header += [f"{end} {axis}lo {axis}hi" for end, axis in zip(ends, "xyz")]
     if any(factors):
         tilts = [float(f * box[across]) if f else 0.0 for f, (_, across) in zip(factors, FACTORS)]
         header.append(" ".join(map(repr, tilts)) + " xy xz yz")
-    sections = {
+    sections = labels | {
         "Masses": [
             f"{k} {masses.get(name, 1)} # {name}" for k, name in enumerate(particles.names, 1)
         ],

@@ -1,6 +1,7 @@
 """One configuration of beads, whatever file it came from or goes to."""
 
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -8,7 +9,7 @@ import numpy as np
 from dpd.engine.space import TURN, along_axes, slide_of, tilted, wrapped
 from dpd.engine.state import State
 from dpd.errors import UserError
-from dpd.scene.molecules import Molecule, written
+from dpd.scene.molecules import Molecule, either_way, written
 from dpd.scene.scene import Scene
 
 ROUNDING = 1e-5  # of an edge: beads outside, tilts beyond half; single precision, text
@@ -37,6 +38,7 @@ class Particles(NamedTuple):
     left_out: tuple[str, ...] = ()  # what the file held that has no place here, a sentence each
     angles: np.ndarray = NO_ANGLES  # (angles, 3) uint32, the middle bead in between
     masses: np.ndarray | None = None  # (names,) of a bead of each species; None where all are 1
+    types: Mapping[tuple[int, ...], str] = {}  # of bonds and angles by beads, where they differ
     identity: np.ndarray | None = None  # what the file calls each bead; None for 0, 1 ...
 
     @property
@@ -74,9 +76,17 @@ class Particles(NamedTuple):
         table = coo_array((np.ones(len(one), np.int8), (one, two)), shape=(self.beads,) * 2)
         return connected_components(table, directed=False)[1]
 
+    def numbered(self, kind: str) -> tuple[list[str], np.ndarray]:
+        """Names of the types of bonds or angles, the kind itself for none; the number of each."""
+        members = getattr(self, f"{kind}s").tolist() if self.types else ()
+        names = [self.types.get(either_way(one), kind) for one in members]
+        found, numbers = np.unique(names or [kind], return_inverse=True)
+        return found.tolist(), np.broadcast_to(numbers, len(getattr(self, f"{kind}s")))
+
     def only(self, kept: np.ndarray) -> Self:
         """Some of the beads, with the bonds and angles among them."""
         number, velocity = (np.cumsum(kept) - 1).astype(np.uint32), self.velocity
+        left = {one: name for one, name in self.types.items() if kept[[*one]].all()}
         return self._replace(
             position=self.position[:, kept],
             image=self.image[:, kept],
@@ -84,6 +94,7 @@ class Particles(NamedTuple):
             species=self.species[kept],
             bonds=number[self.bonds[kept[self.bonds].all(axis=1)]],
             angles=number[self.angles[kept[self.angles].all(axis=1)]],
+            types={tuple(number[[*one]].tolist()): name for one, name in left.items()},
         )
 
     def in_tilted_box(self) -> tuple[np.ndarray, np.ndarray]:
@@ -161,6 +172,7 @@ class Particles(NamedTuple):
             species=self.species.astype(np.uint8),
             bonds=bonds.astype(np.uint32),
             angles=angles.astype(np.uint32),
+            types={either_way(one): name for one, name in self.types.items()},
             left_out=(*self.left_out, *[wrapped_in] * bool(far.any())),
         )
 
@@ -216,25 +228,46 @@ def spanned(beads: int, bonds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
 def molecules_of(particles: Particles) -> list[dict[str, Any]]:
     """Kinds of molecules as a scene has them; alike are those with beads in the same order."""
     found: dict[tuple, dict[str, Any]] = {}
-    for beads, bonds in each_molecule(particles):
+    for beads, bonds, typed in each_molecule(particles):
         order, parents, rings = spanned(len(beads), bonds)
+        types = in_order(typed, order)
         names = [particles.names[k] for k in particles.species[beads[order]]]
-        key = tuple(names), tuple(parents.tolist()), rings.tobytes()
+        key = tuple(names), tuple(parents.tolist()), rings.tobytes(), types
         kind = found.setdefault(key, {"architecture": written(names, parents), "count": 0})
         kind["count"] += 1
         if len(rings):
             kind["bonds"] = rings.tolist()
+        for name in sorted({name for _, name in types}):
+            of_type = [list(one) for one, other in types if other == name]
+            kind.setdefault("types", {})[name] = of_type
     return list(found.values())
 
 
-def each_molecule(particles: Particles) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Beads of each molecule, ascending, and its bonds by their places in these."""
+Types = list[tuple[tuple[int, ...], str]]  # of bonds and angles, with the beads of each
+
+
+def in_order(types: Types, order: np.ndarray) -> tuple[tuple[tuple[int, ...], str], ...]:
+    """Types by the places of beads in an order of them, sorted."""
+    place = np.argsort(order) if types else order
+    return tuple(sorted((either_way(place[[*one]].tolist()), name) for one, name in types))
+
+
+def each_molecule(particles: Particles) -> Iterator[tuple[np.ndarray, np.ndarray, Types]]:
+    """Beads of each molecule, ascending; its bonds, and their types, by their places in these."""
     molecule, bonds = particles.molecules, np.unique(np.sort(particles.bonds, axis=1), axis=0)
     each = np.split(np.argsort(molecule, kind="stable"), np.cumsum(np.bincount(molecule))[:-1])
+    types: dict[int, Types] = defaultdict(list)
+    for one, name in particles.types.items():
+        types[molecule[one[0]]].append((one, name))
     of = np.searchsorted(np.sort(molecule[bonds[:, 0]]), np.arange(1, len(each)))
     bonds = bonds[np.argsort(molecule[bonds[:, 0]], kind="stable")].astype(np.int64)
     for beads, inside in sorted(zip(each, np.split(bonds, of)), key=lambda both: both[0][0]):
-        yield beads, np.searchsorted(beads, inside)
+        own = ((np.searchsorted(beads, one), name) for one, name in types[molecule[beads[0]]])
+        yield (
+            beads,
+            np.searchsorted(beads, inside),
+            [(tuple(one.tolist()), name) for one, name in own],
+        )
 
 
 def of_scene(
@@ -245,7 +278,7 @@ def of_scene(
     image = whole_images(scene.molecules, position, image, box)
     return Particles(
         box, position, image, velocity, scene.kinds, scene.species, scene.bonded, step,
-        angles=scene.joined[3][0], masses=scene.masses,
+        angles=scene.joined[3][0], masses=scene.masses, types=scene.types,
     )  # fmt: skip
 
 

@@ -45,6 +45,7 @@ class ConstantPressure(Term, key="pressure"):
         Change.SLIDES: "cannot be held in a box whose images slide",
         Change.ENDS: "cannot be held in a box that ends",
         Change.FLOWS: "cannot be held in a fluid that flows",
+        Change.STRETCHES: "stretches the box itself",
     }
     target: Positive = setting("Pressure that is held.", unit="kT / r_c^dimension")
     axes: Literal["all", "x", "y", "z", "xy-z"] = setting(

@@ -54,6 +54,7 @@ def scene_schema(own: Mapping[str, Any] | None = None) -> dict[str, Any]:
         return found["properties"][page.bare] if page.bare else found
 
     kinds["Ramp"] = Ramp.model_json_schema()
+    schema["properties"]["box"] = or_ramp(schema["properties"]["box"])
     schema["properties"] |= {key: of(page, or_ramp) for key, page in terms.items()}
     schema["required"] += [key for key in NEEDED if terms[key].has_required()]
     schema["required"] = [key for key in schema["required"] if key not in _given(starts)]

@@ -13,7 +13,7 @@ import numpy as np
 from dpd.analysis.statistics import mean_and_error
 from dpd.digests import run_sources, value_digest
 from dpd.engine.loop import advance_looking
-from dpd.engine.measure import pair_histogram
+from dpd.engine.measure import near_beads
 from dpd.engine.simulation import Simulation
 from dpd.engine.state import CONSERVATIVE, State
 from dpd.errors import LostRun, UserError
@@ -30,7 +30,6 @@ SAMPLE = 0.1  # tau between samples
 SETTLING = 3.0  # thermostat times that are left out of what is measured
 LENGTH = 20.0  # correlation times, and thermostat times, below which errors are not known
 ROUNDS, PAUSE = 20, 0.5  # of new velocities for the start, and tau between them
-BINS = 200  # of a histogram of distances
 
 
 class Probe:
@@ -133,7 +132,7 @@ def _searched(scene, state, look):
 def at_rest(scene: Scene, state: State, dt: float, look: Look = bool) -> tuple[State, float]:
     """The start after velocities drawn anew, again and again; sum of w^2 over pairs, per bead."""
     kT, rng = scene.data["thermostat"]["kT"], np.random.default_rng(scene.data["seed"])
-    simulation, pushes, w = _simulation(scene, state, dt), [], 1 - (np.arange(BINS) + 0.5) / BINS
+    simulation, pushes = _simulation(scene, state, dt), []
     try:
         for _ in range(ROUNDS):
             look()
@@ -141,8 +140,8 @@ def at_rest(scene: Scene, state: State, dt: float, look: Look = bool) -> tuple[S
             mass = simulation.system.mass_of(now.species)
             now.velocity[...] = thermal_velocities(now.velocity.shape, kT, rng, mass)
             advance_looking(simulation, max(1, round(PAUSE / dt)), look)
-            pairs = pair_histogram(simulation.state.position, simulation.box, 1.0, BINS)
-            pushes.append(float(pairs @ w**2) / scene.beads)
+            distance = near_beads(simulation.state.position, simulation.box, 1.0)[2]
+            pushes.append(float(((1 - distance) ** 2).sum()) / scene.beads)
     except LostRun:  # overlaps: more gently
         return at_rest(scene, state, dt / 4, look)
     return simulation.state, float(np.mean(pushes[ROUNDS // 2 :]))

@@ -38,6 +38,7 @@ class Molecule:
     parents: tuple[int, ...]  # the bead on which each hangs, of a lower number; -1 for the first
     rings: tuple[tuple[int, int], ...]  # the two beads of each bond more, the lower number first
     count: int
+    types: tuple[tuple[tuple[int, ...], str], ...] = ()  # of bonds and angles with laws by name
 
     @cached_property
     def tree(self) -> np.ndarray:
@@ -89,8 +90,12 @@ class Molecule:
         return self.bonds if size == 2 else self.triples
 
     def species_along(self, size: int) -> list[tuple[str, ...]]:
-        """Names of the species of these beads."""
-        return [tuple(self.beads[bead] for bead in beads) for beads in self.along(size).tolist()]
+        """What laws name them by: species of their beads, or, once for each bead, their type."""
+        types, found = dict(self.types), []
+        for beads in map(either_way, self.along(size).tolist()):
+            known = beads in types
+            found.append(tuple(types[beads] if known else self.beads[bead] for bead in beads))
+        return found
 
     @cached_property
     def middle(self) -> tuple[int, int]:
@@ -121,6 +126,11 @@ class Molecule:
             place = place + place[..., forebear]
             forebear = forebear[forebear]
         return place[..., :nobody]
+
+
+def either_way(beads: Sequence[int]) -> tuple[int, ...]:
+    """Beads of a bond or an angle, from the end with the lower number."""
+    return min(tuple(beads), tuple(beads[::-1]))
 
 
 Joined = tuple[np.ndarray, np.ndarray | None]

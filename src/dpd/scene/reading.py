@@ -13,7 +13,7 @@ import numpy as np
 from dpd.errors import UserError, shown, suggestion
 from dpd.page import NEEDED, Change, Observable, Start, Term, find, is_table, names
 from dpd.page.own import load
-from dpd.scene.molecules import Joined, Molecule, graph_of, joined, of_each_length
+from dpd.scene.molecules import Joined, Molecule, either_way, graph_of, joined, of_each_length
 from dpd.scene.sections import Basics, Ramp
 from dpd.scene.yaml import attempt
 
@@ -33,6 +33,7 @@ class Settings:
         self.own_pages: dict[str, Any] = {}
         self.ramps: dict[str, Ramp] = {}  # by the keys that they were given for
         self.page_files: dict[str, str] = {}  # digests of files of pages, by whole paths
+        self.laws_by_type: set[str] = set()  # that bonds and angles have by their types
         self._wrong: list[str] = []
 
     # --- reading
@@ -57,6 +58,7 @@ class Settings:
 
     def _completed(self, data, folder):
         """With box and molecules of its start, if it has none, lengths one by one, no ramps."""
+        data |= self._without_ramps({key: data[key] for key in data if key == "box"})
         given = data.get("start")
         method = given.get("method") if isinstance(given, dict) else None
         page = self._page(Start, method) if method in self._keys(Start) else Start
@@ -73,11 +75,33 @@ class Settings:
             edges = np.broadcast_to(np.array(data["box"], float), data["dimension"])
             each = (of_each_length(kind, edges.prod()) for kind in data["molecules"])
             data |= {"molecules": [kind for several in each for kind in several]}
-        for key in filter(data.__contains__, self._keys(Term)):
-            plain, ramps, self._wrong = without_ramps(data[key], key)
-            data, self.ramps = data | {key: plain}, self.ramps | ramps
-            self._refuse_wrong()
-        return data
+            types = {name for kind in data["molecules"] for name in kind.get("types", ())}
+            for key in data.keys() & {*self._keys(Term)}:
+                if size := self._page(Term, key).joins:
+                    data[key] = self._by_type(data[key], {t: " ".join([t] * size) for t in types})
+        terms = data.keys() & {*self._keys(Term)}
+        return data | self._without_ramps({key: data[key] for key in terms})
+
+    def _without_ramps(self, data, key=""):
+        """A section with each ramp as its first value; these are kept, by their keys."""
+        if not isinstance(data, dict):
+            return data
+        if not (data.keys() & {"from", "to"} and data.keys() <= {"from", "to", "over"}):
+            names = {name: f"{key}.{name}" if key else name for name in data}
+            return {name: self._without_ramps(data[name], names[name]) for name in data}
+        ramp, wrong = attempt(Ramp, data, key)
+        self._wrong += wrong
+        self._refuse_wrong()
+        self.ramps[key] = ramp
+        return ramp.from_
+
+    def _by_type(self, data, types):
+        """A section with the name of a type once for each bead that it joins, as of species."""
+        if not isinstance(data, dict):
+            return data
+        found = {types.get(str(key), key): self._by_type(each, types) for key, each in data.items()}
+        self.laws_by_type |= {*types.values()} & found.keys()
+        return found
 
     def _keys(self, kind):
         """Of all pages of a kind, those of one's own last."""
@@ -188,7 +212,12 @@ class Settings:
             beads, parents, rings = graph_of(kind["architecture"])
             rings += tuple((min(pair), max(pair)) for pair in kind.get("bonds", ()))
             count = kind.get("count") or round(kind["density"] * self.volume / len(beads))
-            kinds.append(Molecule(beads, parents, tuple(sorted(rings)), count))
+            types = tuple(
+                (either_way(members), name)
+                for name, each in kind.get("types", {}).items() for members in each
+                if " ".join([name] * len(members)) in self.laws_by_type
+            )  # fmt: skip
+            kinds.append(Molecule(beads, parents, tuple(sorted(rings)), count, types))
         return tuple(kinds)
 
     @cached_property
@@ -243,6 +272,17 @@ class Settings:
         laws |= {term.joins: term.laws(self) for term in self.terms.values() if term.joins}
         return {size: joined(self.molecules, each, size) for size, each in laws.items()}
 
+    @cached_property
+    def types(self) -> dict[tuple[int, ...], str]:
+        """Types of bonds and angles that have any, by the numbers of beads."""
+        found: dict[tuple[int, ...], str] = {}
+        first = 0
+        for kind in self.molecules:
+            for one in range(first, first + kind.count * len(kind.beads), len(kind.beads)):
+                found |= {tuple(one + bead for bead in beads): name for beads, name in kind.types}
+            first += kind.count * len(kind.beads)
+        return found
+
     @property
     def bonded(self) -> np.ndarray:
         """(n, 2) uint32 array of the numbers of bonded beads, molecule after molecule."""
@@ -283,19 +323,3 @@ class Settings:
         """Species of all bonded pairs, or triples, each once, in the order in which they come."""
         found = (name for kind in self.molecules for name in kind.species_along(size))
         return list(dict.fromkeys(min(name, name[::-1]) for name in found))
-
-
-def without_ramps(data: Any, key: str) -> tuple[Any, dict[str, Ramp], list[str]]:
-    """A section with each ramp as its first value; these by their keys; what is wrong with them."""
-    if not isinstance(data, dict):
-        return data, {}, []
-    if data.keys() & {"from", "to"} and data.keys() <= {"from", "to", "over"}:
-        ramp, wrong = attempt(Ramp, data, key)
-        return (ramp.from_, {key: ramp}, []) if ramp else (data, {}, wrong)
-    plain, problems = {}, []
-    ramps: dict[str, Ramp] = {}
-    for name, value in data.items():
-        plain[name], more, wrong = without_ramps(value, f"{key}.{name}")
-        ramps |= more
-        problems += wrong
-    return plain, ramps, problems

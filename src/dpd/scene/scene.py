@@ -60,6 +60,7 @@ class Scene(Settings):
         # What was chosen for a scene that left scheme and step to us, as plain data: see `settle`.
         self.chosen: dict[str, Any] | None = None
         self.stages: list[Stage] = []  # itself, and with values that change while it runs
+        self.stretches = False  # whether a ramp or a schedule changes the box
         try:
             self._build(data, folder)
         except UserError:
@@ -105,6 +106,7 @@ class Scene(Settings):
                 if any(f"{key}.".startswith(f"{name}.") for name in each["set"]):
                     self.refuse([(key, "has a ramp, and 'schedule' sets it as well; keep one")])
             found += [(key, each) for each in ramp.stages(key, *self.steps)]
+        self.stretches = any("box" in each["set"] for _, each in found)
         if self.ramps:
             found.sort(key=lambda each: each[1]["step"])
             self.data["schedule"] = [each for _, each in found]
@@ -180,10 +182,10 @@ class Scene(Settings):
     def relaxing(self) -> int:
         return self.start.relax.steps if self.start.relax else 0
 
-    @cached_property
+    @property
     def made(self) -> dict[Change, str]:
-        """What terms do to the world, each change by the key of the first that makes it."""
-        found: dict[Change, str] = {}
+        """What is done to the world, each change by the key of the first that makes it."""
+        found: dict[Change, str] = {Change.STRETCHES: "box"} if self.stretches else {}
         for key, term in self.terms.items():
             for change in term.changes(self):
                 found.setdefault(change, key)
@@ -365,20 +367,25 @@ def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> N
     if step < last.step:
         refuse(f"step {step} is before {last.step}, at which a schedule or a ramp changes values")
     for key in settings:
-        if (section := key.split(".")[0]) not in scene.terms:
-            known = suggestion(section, list(scene.terms))
+        if (section := key.split(".")[0]) not in scene.terms and key != "box":
+            known = suggestion(section, [*scene.terms, "box"])
             refuse(f"{key!r} cannot change while the system runs; {known}")
     if scene.is_auto or scene.data["duration"]:
         refuse("counts steps; name scheme and dt, and 'steps', no duration")
     search = {"search": "list" if scene.skin else "cells", "skin": scene.data["pairs"]["skin"]}
     data = {key: value for key, value in last.scene.data.items() if key != "schedule"}
-    now = Scene(changed(data | {"pairs": search}, settings, where), where)
+    molecules = [
+        {key: value for key, value in given.items() if key != "density"} | {"count": kind.count}
+        for kind, given in zip(scene.molecules, data["molecules"])
+    ]  # fmt: skip
+    now = Scene(changed(data | {"pairs": search, "molecules": molecules}, settings, where), where)
+    now.stretches = "box" in settings or last.scene.stretches
     for change in scene.made.keys() ^ now.made.keys():
         refuse(
             f"{(scene.made | now.made)[change]!r} would begin or cease to act, which what is "
             "measured must know from the first step; begin with a small value"
         )
-    if now.period != scene.period:
+    if now.period != scene.period and not scene.stretches:
         refuse("beads would need another room behind walls; take stiffer walls from the beginning")
     for key, term in scene.terms.items():
         if not term.may_become(now.terms[key]):

@@ -23,7 +23,7 @@ from dpd.page import (
     no_species,
     setting,
 )  # fmt: skip
-from dpd.scene.molecules import graph_of
+from dpd.scene.molecules import either_way, graph_of
 
 AXES = "xyz"
 STAGES = 100  # of a ramp at most
@@ -52,6 +52,10 @@ class MoleculeKind(Section):
     bonds: list[Annotated[list[Number], Field(min_length=2, max_length=2)]] | None = setting(
         "More bonds, by the numbers of its beads from 0, as {architecture: A 20, bonds: [[0, 9]]}: "
         "with these it may be any network.", None,
+    )  # fmt: skip
+    types: dict[str, list[Annotated[list[Number], Field(min_length=2, max_length=3)]]] = setting(
+        "Types of some bonds and angles, as {stiff: [[0, 1], [1, 2]]}. Where a law has the name of "
+        "one, as in bond: {stiff: {stiffness: 50}}, it is theirs. A file may give them.", {},
     )  # fmt: skip
     density: float | None = setting(
         "Beads of these molecules per r_c^dimension.", None, gt=0, le=1000
@@ -126,19 +130,24 @@ class Scheduled(Section):
 
 
 class Ramp(Section):
-    """A number that goes evenly from one value to another."""
+    """A number, or the edges of the box, going evenly from one value to another."""
 
-    from_: float = Field(alias="from", description="The first value.")
-    to: float = setting("The last value.")
+    from_: OneOrMore[float] = Field(alias="from", description="The first value.")
+    to: OneOrMore[float] = setting("The last value.")
     over: Literal["equilibrate", "sample"] = setting("The steps that it lasts.", "sample")
+
+    def conflicts(self) -> Refusals:
+        if np.shape(self.from_) != np.shape(self.to):
+            yield "to", f"{self.to}: allowed: as many numbers as in from, {self.from_}"
 
     def stages(self, key: str, equilibrate: int, sample: int) -> list[dict[str, Any]]:
         """Its schedule, each stage with the value of its middle."""
         early = self.over == "equilibrate"
         begin, steps = (0, equilibrate) if early else (equilibrate, sample)
         number, found = min(STAGES, steps), []
+        low, high = np.array(self.from_), np.array(self.to)
         for k in range(number):
-            value = self.from_ + (self.to - self.from_) * (k + 0.5) / number
+            value = (low + (high - low) * (k + 0.5) / number).tolist()
             found.append({"step": begin + k * steps // number, "set": {key: value}})
         return [*found, {"step": equilibrate, "set": {key: self.to}}] if early else found
 
@@ -162,7 +171,9 @@ class Basics(Section):
     dimension: int = setting("Number of space dimensions.", ge=2, le=3)
     box: OneOrMore[Edge] = setting(
         "Edge of the periodic box, one number or one per axis; at least two cutoffs. Along an axis "
-        "with walls the distance of the two planes. If not given, that of the file of the start.",
+        "with walls the distance of the two planes. A ramp, as {from: [8, 8, 12], to: [8, 8, 6]}, "
+        "stretches it, and all places, and divides velocities by the same. If not given, that of "
+        "the file of the start.",
         unit="r_c",
     )  # fmt: skip
     molecules: list[MoleculeKind] = setting(
@@ -236,6 +247,11 @@ def unknown_names(scene: Any) -> Refusals:
         yield from inside("mass", check_table(scene.data["mass"], scene, zip(scene.species), ""))
     for key, term in scene.terms.items():
         yield from inside(key, term.unknown(scene))
+    for place, kind in enumerate(scene.molecules):
+        there = {either_way(beads) for size in (2, 3) for beads in kind.along(size).tolist()}
+        for beads, name in kind.types:
+            if beads not in there:
+                yield f"molecules.{place}.types.{name}", f"{[*beads]}: no bond or angle of these"
     observe = {f"observe.{key}": page for key, page in scene.observe.items()}
     for key, page in ({**scene.terms, "start": scene.start} | observe).items():
         for name, field in type(page).model_fields.items():

@@ -1,5 +1,6 @@
 """What a page sees at a sample: beads in the order of the scene, in plain arrays."""
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -143,28 +144,30 @@ class Snapshot:
     def pairs(self, within: float) -> Pairs:
         """All pairs of beads within a distance in r_c, at nearest images, found once a sample.
 
-        A `UserError` refuses more than half the box, and shear, where images slide.
+        A `UserError` refuses more than half the box, and than a shear allows.
         """
-        if self.system.shear is not None:
-            raise UserError("pairs of a snapshot are not known under shear, where images slide")
-        edges = np.where(np.isin(np.arange(self.dimension), self.scene.ended), 0.0, self.box)
-        half = edges.min(where=edges > 0, initial=np.inf) / 2  # 0 where images do not repeat
+        ends = np.isin(np.arange(self.dimension), self.scene.ended)  # where images do not repeat
+        half = min(self.box.min(where=~ends, initial=np.inf) / 2, *self.scene.room)
         if not 0 < within <= half:
             text = f"allowed: > 0, and half the box, {half:g}"
             raise UserError(f"pairs within {within:g} r_c: {text}")
         if within > self._near:
-            self._near, self._pairs = within, self._find(within, edges)
+            from dpd.engine.measure import near_beads
+
+            found = near_beads(self.state.position, self.lattice, within)
+            i, j = np.sort(self.state.identity[np.stack(found[:2])].astype(np.int64), axis=0)
+            apart = np.abs(self.positions[i] - self.positions[j])[:, ends]
+            there = (apart <= within).all(axis=1)
+            self._near, self._pairs = within, Pairs(i[there], j[there], found[2][there])
         near = self._pairs.distance <= within
         return Pairs(*(each[near] for each in self._pairs))
 
-    def _find(self, within, edges):
-        from scipy.spatial import cKDTree
-
-        positions = self.positions % self.box
-        i, j = cKDTree(positions, boxsize=edges).query_pairs(within, output_type="ndarray").T
-        apart = positions[i] - positions[j]
-        apart -= edges * np.round(apart / self.box)
-        return Pairs(i, j, np.linalg.norm(apart, axis=1))
+    def by_species(self, within: float, of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """(species, species) sums over pairs within a distance, of a function of distances."""
+        near, count = self.pairs(within), len(self.scene.species)
+        i, j = (self.scene.kinds[beads].astype(np.int64) for beads in (near.i, near.j))
+        sums = np.bincount(count * i + j, of(near.distance), count**2).reshape(count, count)
+        return sums + sums.T * ~np.eye(count, dtype=bool)
 
 
 def snapshot_of(scene: Scene, simulation: Simulation) -> Snapshot:

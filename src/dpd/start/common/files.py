@@ -21,6 +21,7 @@ from dpd.particles.particles import (
     UPRIGHT,
     Particles,
     each_molecule,
+    in_order,
     of_state,
     shear_of,
     spanned,
@@ -124,6 +125,8 @@ def state_from_file(scene: Scene, say: Callable[[str], object]) -> State:
         said.append(f"its box of {edges} is that of the start, instead of the scene's")
     if (order != np.arange(len(order))).any():
         said.append("its molecules are in another order, so beads are numbered as in the scene")
+    if particles.types and not scene.types:
+        said.append("no law has the name of a type of its bonds or angles: species decide")
     there, own = particles.masses_by_name(), scene.data.get("mass", {})
     if other := [name for name in scene.species if there.get(name, 1) != own.get(name, 1)]:
         masses = ", ".join(f"{name} {there.get(name, 1):g}" for name in other)
@@ -196,15 +199,18 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     _check_box(scene, particles, path)
     species, order = _numbers_of_species(scene, particles, path), []
     own, bonds = (np.unique(np.sort(each), axis=0) for each in (scene.bonded, particles.bonds))
-    if np.array_equal(species, scene.kinds) and np.array_equal(own, bonds):
+    same = np.array_equal(species, scene.kinds) and np.array_equal(own, bonds)
+    if same and (not particles.types or scene.types.items() <= particles.types.items()):
         return np.arange(len(species))
     found = defaultdict(list)
-    for beads, inside in each_molecule(particles):
-        key, walk = _content(species[beads], inside)
+    for beads, inside, types in each_molecule(particles):
+        lawful = [one for one in types if " ".join([one[1]] * len(one[0])) in scene.laws_by_type]
+        key, walk = _content(species[beads], inside, lawful)
         found[key].append(beads[walk])
     for kind, given in zip(scene.molecules, scene.data["molecules"]):
         own = np.array([scene.species.index(name) for name in kind.beads])
-        key, walk = _content(own, np.unique(kind.bonds, axis=0))
+        types = [*kind.types] if particles.types else []
+        key, walk = _content(own, np.unique(kind.bonds, axis=0), types)
         there = [beads[np.argsort(walk)] for beads in found[key]]
         if len(there) < kind.count:
             raise UserError(
@@ -222,10 +228,11 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     return np.concatenate(order)
 
 
-def _content(species, bonds):
+def _content(species, bonds, types):
     """What tells kinds of molecules apart, and the walk through one in which it is found."""
     walk, parents, rings = spanned(len(species), bonds)
-    return (species[walk].tobytes(), parents.tobytes(), rings.tobytes()), walk
+    typed = in_order(types, walk)
+    return (species[walk].tobytes(), parents.tobytes(), rings.tobytes(), typed), walk
 
 
 def _check_box(scene, particles, path):

@@ -1,6 +1,6 @@
 """A report in headless Chromium: what must hold of it as one looks at it, and four pictures.
 
-python tests/look.py results/quick/report.html [FOLDER] [HASH]
+python docs/look.py results/quick/report.html [FOLDER] [HASH]
 """
 
 import sys
