@@ -4,7 +4,7 @@
 #             the plain reference is passed without the compiler
 # make look   the quick study's report in Debian's chromium, wide and narrow, light and dark: checks, and
 #             four pictures in results/look
-# make docs   the site, into docs/_build/html
+# make docs   the site, into docs/_build/html: its tutorials are executed, and their numbers checked
 # make thorough  pass the others: all cases, long statistics, the whole smoke study
 PYTHON ?= python3
 TESTS = .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
@@ -24,7 +24,9 @@ thorough: .venv/ready
 	$(TESTS) -m thorough
 
 docs: .venv/ready
-	.venv/bin/python -m sphinx -qW docs docs/_build/html
+	sed -n 's/^#docs //p' requirements.txt > .venv/docs.txt
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -r .venv/docs.txt
+	.venv/bin/python -m sphinx -qW -j 2 docs docs/_build/html
 
 look: .venv/ready
 	.venv/bin/python -m pip install --quiet $$(sed -n 's/^# `make look` installs: //p' requirements.txt)

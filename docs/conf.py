@@ -1,29 +1,47 @@
 """The site: `make docs` builds it into docs/_build/html, without network."""
 
+import os
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
+os.environ["DPD_PAPERS"] = str(ROOT)  # where cells of tutorials find the clone
 
-from docs.papers import archived_counts, write_paper_pages  # noqa: E402
+from docs.papers import write_paper_pages  # noqa: E402
+from docs.site import check_links, fill_page  # noqa: E402
 from dpd import __version__  # noqa: E402
 
 project = "dpd-papers"
 author = "the authors of dpd-papers"
 version = release = __version__
-extensions = ["myst_parser"]
-include_patterns = ["*.md"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx-mathjax-offline"]
+include_patterns = ["index.md", "gallery.md", "*/*.md"]
+exclude_patterns = ["_build"]
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_heading_anchors = 3
 html_theme = "furo"
 html_title = f"dpd-papers {__version__}"
 html_copy_source = html_show_copyright = False
+default_role = "py:obj"
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # numpydoc says what they are
+# Cells run in a folder of their own, and again only if a page was edited.
+nb_execution_mode = "cache"
+nb_execution_in_temp = True
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_merge_streams = True
 
 
 def setup(app):
-    """Pages of papers are no pages of Sphinx: the report's templates write them beside these."""
+    """Tables come from the sources, pages of papers from the templates of the report."""
+    app.connect("source-read", fill_page)
+    app.connect("build-finished", finish)
 
-    def fill(app, name, source):
-        source[0] = source[0].replace("COUNTS", archived_counts())
 
-    app.connect("source-read", fill)
-    app.connect("build-finished", lambda app, _: write_paper_pages(Path(app.outdir, "papers")))
+def finish(app, problem):
+    """Write what is no page of Sphinx, and look whether all links lead somewhere."""
+    if problem is None:
+        write_paper_pages(Path(app.outdir, "papers"))
+        check_links(Path(app.outdir))

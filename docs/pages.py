@@ -6,7 +6,6 @@ from functools import cache, partial
 from html import escape
 from pathlib import Path
 
-from dpd.analysis.verdicts import Entry
 from dpd.digests import calculations_file
 from dpd.errors import UserError
 from dpd.folders import ROOT
@@ -15,8 +14,6 @@ from dpd.page import Observable, find, names
 from dpd.page.own import calculations_of
 from dpd.pipeline.jobs import PER_JOB, plan
 from dpd.pipeline.paper import (
-    Config,
-    PaperFile,
     check_repository,
     read_config,
     read_paper,
@@ -26,12 +23,11 @@ from dpd.pipeline.paths import LONG_STUDY
 from dpd.report import archive
 from dpd.report import rows as verdicts
 from dpd.report.figures import load_module
-from dpd.report.keys import rows_of, scene_rows, section_rows, text_of
+from dpd.report.keys import section_rows
 from dpd.report.rows import Row
 from dpd.report.text import label
 from dpd.report.text import rendered as rendered_from
 from dpd.scene.scene import Scene
-from dpd.scene.sections import Basics
 from dpd.start.common.make import system_of
 
 rendered = partial(rendered_from, folder=Path(__file__).parent)
@@ -57,18 +53,10 @@ SCENES: tuple[tuple[dict, dict, str], ...] = (
 def pages() -> dict[Path, str]:
     """Path to text of every such page, as it should be now."""
     check_repository()
-    readme, config = ROOT / "README.md", ROOT / "config"
-    sections = {"config": Config, "paper": PaperFile}
-    keys = {name: rows_of(model, "") for name, model in sections.items()}
-    keys["published"] = rows_of(Entry, "NAME.")
-    text = {name: text_of(model) for name, model in (sections | {"scene": Basics}).items()}
+    readme = ROOT / "README.md"
     papers = sorted({row["paper"] for study in archive.studies() for row in rows_of_archive(study)})
     return {
         readme: filled(TIME.sub(_timed, readme.read_text())),
-        config / "README.md": rendered("papers.md.j2", keys=keys, text=text),
-        config / "SCENES.md": rendered(
-            "scenes.md.j2", keys=scene_rows(), text=text, run=run_table()
-        ),
         **{archive.FIGURES / name / "README.md": paper_page(name) for name in papers},
     }
 

@@ -65,7 +65,7 @@ def folder_with(files):
 
 def documented(words):
     """The first block of Python behind some words in what is written on pages of one's own."""
-    text = (ROOT / "config" / "SCENES.md").read_text()
+    text = "\n".join(path.read_text() for path in sorted(ROOT.glob("docs/guide/*.md")))
     return re.search(f"{words}.*?```python\n(.*?)```", text, re.S)[1]
 
 

@@ -13,7 +13,6 @@ KNOWN = {
     "engine/beads.py": {"walls"},  # arguments of kernels
     "engine/forces.py": {"bonds", "many_body"},
     "engine/crossings.py": {"crossings"},  # a word of messages
-    "engine/stress.py": {"bonds"},
     "pipeline/sweep.py": {"pressure"},  # variables of results
     "pipeline/status.py": {"pressure"},
     "runs/result.py": {"pressure"},

@@ -129,7 +129,7 @@ def test_settings_and_refusals_are_those_of_any_page(folder):
 
 def test_the_page_of_the_documentation(folder):
     """As it stands there, it measures what `chains` does."""
-    text = (ROOT / "config" / "SCENES.md").read_text()
+    text = (ROOT / "docs" / "guide" / "observables.md").read_text()
     (folder / "gyration.py").write_text(documented("`gyration.py`"))
     short = re.search("```python\n(import dpd\n+def span.*?)\nrun =", text, re.S)[1]
     (folder / "span.py").write_text(short)
@@ -170,7 +170,7 @@ class Watched(Observable, key="watched"):
 
 def test_what_is_kept_and_compared(folder):
     """The second page of the documentation, by brute force, also where its run was made longer."""
-    text = (ROOT / "config" / "SCENES.md").read_text()
+    text = (ROOT / "docs" / "guide" / "observables.md").read_text()
     pages = re.findall("```python\n(.*?)```", text, re.S)
     (code,) = (page for page in pages if "class Wandering" in page)
     (folder / "wandering.py").write_text(code)

@@ -167,6 +167,8 @@ def test_laws_by_the_types_of_a_file(tmp_path, suffix):
         expected += stiffness[name] * size**2 / 2
     found = Simulation(system_of(scene), make_start(scene)).measure().energy
     assert found[0, OF_BONDS] == pytest.approx(expected)
-    with pytest.raises(UserError, match=r"molecules\.0\.types\.soft: \[0, 5\]: no bond or angle"):
+    with pytest.raises(
+        UserError, match=r"molecules\.0\.types\.soft: \[0, 5\]: no bond or angle, or typed"
+    ):
         Scene(RINGS | {"bond": {"soft": {"stiffness": 1}}, "molecules": [
             {"architecture": "A 6", "count": 9, "types": {"soft": [[0, 5]]}}]})  # fmt: skip

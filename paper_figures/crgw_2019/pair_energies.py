@@ -13,7 +13,7 @@ class PairEnergies(Observable, key="pair_energies"):
     over a. Their sum is the pair energy of `thermo`, unless other forces act between beads.
     """
 
-    stands = frozenset(Change) - {Change.SLIDES}
+    stands = frozenset(Change)
     interval, cost = 2.0, 6.5
     cannot = {Change.JUMPS: "knows the soft repulsion alone"}
     gives = {"energy_of_pair": (("block", "energy_pair"), "kT", "energy of the soft repulsion")}

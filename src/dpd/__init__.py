@@ -1,6 +1,6 @@
 """Dissipative particle dynamics from Python: simulate a scene, and look at what was measured.
 
-A *scene* says what is simulated and how long; config/SCENES.md of the repository lists its keys.
+A *scene* says what is simulated and how long; `dpd keys` lists its keys.
 
 - `dpd.run`: simulate a scene; what it measured, as an `xarray.Dataset`.
 - `dpd.extend`: make a finished run longer.

@@ -191,7 +191,7 @@ def sweep(
     axes : dict
         Keys of the scene, joined by dots, as ``"core.radius"`` or ``"molecules.0.density"``; each
         with a list of its values, which are numbers or words. Several keys, or text such as
-        ``"A 10"``, need a name and what the axis of a paper has (see config/README.md), as
+        ``"A 10"``, need a name and what the axis of a paper has (see docs/guide/papers.md), as
         ``{"length": {"set": "molecules.0.architecture", "text": "A {}", "values": [5, 10]}}``.
     scene, observe, pages, progress : optional
         See `dpd.run`.

@@ -158,7 +158,7 @@ class Simulation(Snapshot):
         if not (measure and self.system.scheme.middle and len(at)):
             return self.call(steps, at, measure)
         end, parts = self.state.step + steps, []
-        for step in at:
+        for step in at.tolist():
             self.call(step - self.state.step)
             parts.append(self.measure())
         if self.state.step < end:

@@ -207,8 +207,7 @@ def at_beads(system: System, state: State) -> AtBeads:
     """Of each bead by its identity; a body force is left out."""
     d, n = state.position.shape
     halves = AtBeads(None, np.zeros(n), np.zeros((n, d, d)))
-    total, _ = _evaluated(system, state, halves)
-    found = halves._replace(force=total[:, :d])
+    found = halves._replace(force=_evaluated(system, state, halves)[0][:, :d])
     return AtBeads(*(each[np.argsort(state.identity)] for each in found))
 
 
@@ -227,8 +226,8 @@ def _evaluated(system, state, halves):
     total = np.zeros_like(beads.x)
     slopes = None if system.many_body is None else np.zeros_like(beads.x)
     acting, unused = acting_on(system, state, beads), (np.zeros((2, d, d)), np.zeros(2))
-    rest = state.species, acting, system.walls, halves, *unused
-    laplacian = _laplacian(total, slopes, beads, *rest)
+    more = acting, system.walls, halves, *unused
+    laplacian = _laplacian(total, slopes, beads, state.species, *more)
     if slopes is not None:  # of each bead's density, by its own place
         laplacian += (slopes * slopes).sum()
     return total, laplacian

@@ -17,7 +17,7 @@ class Mixing(Observable, key="mixing"):
     blocks of a chain give a little order even where chains are mixed.
     """
 
-    stands = frozenset(Change) - {Change.SLIDES}
+    stands = frozenset(Change)
     interval, cost = 2.0, 4.5
     gives = {"short_range_order": (("sample", "unlike_pair"), "1", "0 mixed at random, 1 apart")}
 

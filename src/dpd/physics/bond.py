@@ -1,4 +1,4 @@
-"""Harmonic bonds (Groot and Warren 1997, Eq. 25; with a rest length, Nikunen et al. 2007, Eq. 5).
+"""Harmonic bonds (Groot and Warren 1997, Eq. 25; with a rest length, Nikunen et al. 2007).
 
 u(r)   =  C (r - l)^2 / 2
 F(r)   = -C (r - l)

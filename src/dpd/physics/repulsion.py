@@ -1,6 +1,6 @@
 """The soft repulsion of dissipative particle dynamics.
 
-Two beads closer than the cutoff, r < 1, push each other apart (Groot and Warren 1997, Eq. 4):
+Two beads closer than the cutoff, r < 1, push each other apart (Groot and Warren 1997, Eq. 3):
 
     u(r)   =  a_ij (1 - r)^2 / 2        energy
     F(r)   =  a_ij (1 - r)              force, -u'

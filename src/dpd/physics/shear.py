@@ -5,7 +5,7 @@ With the rate g, x along the flow and y along its gradient, the fluid streams wi
     U(y) = g y   along x
 
 A velocity v is kept as that about the flow, u = v - U(y). Two beads apart by r_ij then approach
-each other with (the first factor of friction, Groot and Warren 1997, Eq. 5)
+each other with (the first factor of friction, Groot and Warren 1997, Eq. 4)
 
     r_ij . v_ij  =  r_ij . u_ij + g x_ij y_ij
 

@@ -1,7 +1,7 @@
 """Friction and noise between pairs, the thermostat of dissipative particle dynamics.
 
 Along the line e between two beads that approach each other with e . v_ij (Groot and Warren 1997,
-Eqs. 5, 6 and 8), with w = 1 - r and random numbers theta of zero mean and unit variance:
+Eqs. 4 to 6 and 8), with w = 1 - r and random numbers theta of zero mean and unit variance:
 
     F_D = -gamma w^2 (e . v_ij)
     F_R =  sigma w theta dt^(-1/2),     sigma^2 = 2 gamma kT

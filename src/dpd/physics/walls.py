@@ -1,6 +1,6 @@
 """Soft walls: planes that push beads away, and the friction of beads with them.
 
-A bead at the distance z < 1 from a plane feels the pair force of Groot and Warren 1997 (Eq. 4),
+A bead at the distance z < 1 from a plane feels the pair force of Groot and Warren 1997 (Eq. 3),
 with the plane in the place of the other bead:
 
     u(z)   =  a_w (1 - z)^2 / 2        energy

@@ -76,14 +76,15 @@ def _given(starts):
 
 
 def or_ramp(schema: Any) -> Any:
-    """A schema of settings in which a number may be a ramp, but for those in a list."""
+    """A schema in which numbers may be ramps, not in lists, and keys of laws names of types."""
     if isinstance(schema, list):
         return [or_ramp(each) for each in schema]
     if not isinstance(schema, dict):
         return schema
     if schema.get("type") == "number":
         return {"anyOf": [schema, {"$ref": "#/$defs/Ramp"}]}
-    return {key: value if key == "items" else or_ramp(value) for key, value in schema.items()}
+    found = {key: value if key == "items" else or_ramp(value) for key, value in schema.items()}
+    return {key.replace(r" \S+", r"( \S+)?"): value for key, value in found.items()}
 
 
 def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:

@@ -171,9 +171,8 @@ class Basics(Section):
     dimension: int = setting("Number of space dimensions.", ge=2, le=3)
     box: OneOrMore[Edge] = setting(
         "Edge of the periodic box, one number or one per axis; at least two cutoffs. Along an axis "
-        "with walls the distance of the two planes. A ramp, as {from: [8, 8, 12], to: [8, 8, 6]}, "
-        "stretches it, and all places, and divides velocities by the same. If not given, that of "
-        "the file of the start.",
+        "with walls the distance of the two planes. A ramp, as {from: 8, to: 6}, moves beads along "
+        "and divides velocities by the same. If not given, that of the file of the start.",
         unit="r_c",
     )  # fmt: skip
     molecules: list[MoleculeKind] = setting(
@@ -251,7 +250,8 @@ def unknown_names(scene: Any) -> Refusals:
         there = {either_way(beads) for size in (2, 3) for beads in kind.along(size).tolist()}
         for beads, name in kind.types:
             if beads not in there:
-                yield f"molecules.{place}.types.{name}", f"{[*beads]}: no bond or angle of these"
+                yield f"molecules.{place}.types.{name}", f"{[*beads]}: no bond or angle, or typed"
+            there -= {beads}
     observe = {f"observe.{key}": page for key, page in scene.observe.items()}
     for key, page in ({**scene.terms, "start": scene.start} | observe).items():
         for name, field in type(page).model_fields.items():
