@@ -196,3 +196,12 @@ def test_a_gas_is_compressed(tmp_path):
         run(SCENE | same | steps, tmp_path / "run.nc", kill_at(66), every_seconds=0.0)
     again, _ = run(SCENE | same | steps, tmp_path / "run.nc")
     np.testing.assert_array_equal(again["pressure"], whole["pressure"])
+    ramp = SCENE | {"box": {"from": 4, "to": 5}, "steps": {"equilibrate": 20, "sample": 30}}
+    ramp["observe"] = [{"thermo": {"every": 1}}, "profile", "stress_profile"]
+    run(ramp, tmp_path / "short.nc")
+    longer = dpd.extend(tmp_path / "short.nc", sample=30, progress=False)
+    scene = dict(Scene(ramp).data) | {"steps": {"equilibrate": 20, "sample": 60}}
+    np.testing.assert_array_equal(longer.kT, dpd.run(scene, progress=False).kT)
+    sim = dpd.Simulation(ramp, progress=False)
+    sim.run(50)
+    assert sim.snapshot().volume == pytest.approx(float(longer.volume[29]))

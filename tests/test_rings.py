@@ -15,7 +15,7 @@ from dpd.particles import read, write
 from dpd.particles.particles import Particles, spanned
 from dpd.scene.molecules import graph_of, written
 from dpd.scene.scene import Scene
-from dpd.scene.yaml import read_yaml
+from dpd.scene.yaml import merge, read_yaml
 from dpd.start.common.make import make_start, system_of
 from tests.conftest import SCENE
 from tests.systems import look
@@ -167,6 +167,10 @@ def test_laws_by_the_types_of_a_file(tmp_path, suffix):
         expected += stiffness[name] * size**2 / 2
     found = Simulation(system_of(scene), make_start(scene)).measure().energy
     assert found[0, OF_BONDS] == pytest.approx(expected)
+    changed = merge(scene.data, {"bond": {"stiff": {"length": 1}}})
+    assert Scene(changed).terms["bond"].law["stiff stiff"].stiffness == 50
+    dpd.run(scene, output=tmp_path / "run.nc", progress=False)
+    assert read(tmp_path / "run.nc").types == scene.types == types
     with pytest.raises(
         UserError, match=r"molecules\.0\.types\.soft: \[0, 5\]: no bond or angle, or typed"
     ):

@@ -84,7 +84,7 @@ class Simulation:
         given = settle(given, state)
         self._progress, self._seconds = partial(Progress, bar=progress), 0.0
         self._equilibrate, self._chosen = given.steps.equilibrate, given.chosen
-        self._where = given.where
+        self._where, self._stretches = given.where, given.stretches
         self._data = {key: value for key, value in given.data.items() if key != "schedule"}
         pages_looking = self._planned(ROOM).observe.values()
         self._room = max([EVERY, *(page.every for page in pages_looking)])
@@ -226,7 +226,7 @@ class Simulation:
         """The scene with so many steps of sampling."""
         length = {"steps": {"equilibrate": self._equilibrate, "sample": sample}, "duration": {}}
         scene = Scene(self._data | length | changes, self._where)
-        scene.chosen = self._chosen
+        scene.chosen, scene.stretches = self._chosen, self._stretches
         return scene
 
     def _watching(self, scene, former=()):

@@ -107,7 +107,7 @@ class Simulation(Snapshot):
             self.state = replace(self.state, slid=slid)
         if anew:
             self.state = replace(self.state, force=None, reference=None)
-        if system.pressure is None and system.shear is None and system.box != self.box:
+        if before is not None and before.box != system.box:
             from dpd.engine.barostat import scaled_state
 
             self.state = scaled_state(system, self.state, self.box, system.box)

@@ -207,8 +207,10 @@ def at_beads(system: System, state: State) -> AtBeads:
     """Of each bead by its identity; a body force is left out."""
     d, n = state.position.shape
     halves = AtBeads(None, np.zeros(n), np.zeros((n, d, d)))
-    found = halves._replace(force=_evaluated(system, state, halves)[0][:, :d])
-    return AtBeads(*(each[np.argsort(state.identity)] for each in found))
+    force = _evaluated(system, state, halves)[0][:, :d]
+    virial = (halves.virial + halves.virial.swapaxes(1, 2)) / 2  # of angles it is not symmetric
+    order = np.argsort(state.identity)
+    return AtBeads(force[order], halves.energy[order], virial[order])
 
 
 def force_and_curvature(system: System, state: State) -> np.ndarray:
@@ -252,9 +254,9 @@ def _laplacian(total, slopes, beads, species, acting, walls, halves, virial, sum
             w = max(0.0, 1.0 - r)
             a = of_pair(pair.repulsion, species, i, j)
             over_r = (force(pair, a, r, w) + force(many_body, pairs.crowd[p], r)) / r
-            bent = curvature(pair, a, r, w) + curvature(many_body, pairs.crowd[p], r)
-            # u'' + (d - 1) u' / r, for both beads of the pair
-            laplacian += 2.0 * (bent - (len(edges) - 1) * over_r)
+            if halves is None:  # u'' + (d - 1) u' / r, for both beads; a core has no u''
+                bent = curvature(pair, a, r, w) + curvature(many_body, pairs.crowd[p], r)
+                laplacian += 2.0 * (bent - (len(edges) - 1) * over_r)
             push_apart(total, i, j, over_r, pairs.separation, p, edges)
             held = energy(pair, a, r, w) + energy(many_body, pairs.crowd[p], r)
             share(halves, i, j, held, over_r, pairs.separation, pairs.separation, p, edges)

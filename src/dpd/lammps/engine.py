@@ -67,21 +67,19 @@ class Lammps(Simulation):
     def go(self, steps: int) -> None:
         """Let LAMMPS make steps: on from where it is, or from our state where that is another."""
         if self._from is not self.state:
-            self._set_up()
+            with tempfile.TemporaryDirectory(prefix="dpd-lammps-") as folder:
+                lines, files = input_of(self._scene, self.state, skin=self._skin)
+                for name, text in files.items():
+                    Path(folder, name).write_text(text)
+                self.ranks("commands_list", ["clear", f'shell cd "{folder}"', *lines, *MEASURED])
+            self._from, self._boxes = self.state, self._gathered("image")
+            self._image = self.state.image
         try:
             self.ranks("command", f"run {steps} pre no post no")
         except UserError as problem:
             self._from, text = None, str(problem)
             hint = "; lower integrator.dt" if any(word in text for word in TOO_FAST) else ""
             raise UserError(f"{text}{hint}") from None
-
-    def _set_up(self):
-        with tempfile.TemporaryDirectory(prefix="dpd-lammps-") as folder:
-            lines, files = input_of(self._scene, self.state, skin=self._skin)
-            for name, text in files.items():
-                Path(folder, name).write_text(text)
-            self.ranks("commands_list", ["clear", f'shell cd "{folder}"', *lines, *MEASURED])
-        self._from, self._boxes, self._image = self.state, self._gathered("image"), self.state.image
 
     def _gathered(self, name):
         kind = 0 if name == "image" else 1  # whole numbers, or not

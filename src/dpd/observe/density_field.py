@@ -62,7 +62,7 @@ class DensityField(Observable, key="density_field"):
             yield "every", f"{text} numbers; {more}"
 
     def measure(self, now: Any) -> Any:
-        shape, cell = grid_shape(now.scene.box, self.spacing), now.state.species
+        shape, cell = grid_shape(now.whole.box, self.spacing), now.state.species
         box = now.system.extent if now.scene.ended else now.lattice
         cell = np.int64(0) if cell is None else cell.astype(np.int64)
         for k, cells in enumerate(shape):

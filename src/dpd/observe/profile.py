@@ -18,7 +18,7 @@ class Profile(Layered, key="profile"):
     only_with = {"z": Change.STRETCHES}  # the mean box; another stays
 
     def measure(self, now: Any) -> Any:
-        layers, species, kinds = self.layers(now.scene), now.state.species, len(now.scene.species)
+        layers, species, kinds = self.layers(now.whole), now.state.species, len(now.scene.species)
         place = layers.of(now)
         if species is not None:
             place += layers.count * species.astype(np.int64)

@@ -41,7 +41,7 @@ class StressProfile(Layered, key="stress_profile"):
     def measure(self, now: Any) -> Any:
         from dpd.engine.stress import Slices, virial_in_slices, wall_virial_in_slices
 
-        system, layers = replace(now.system, box=now.lattice), self.layers(now.scene)
+        system, layers = replace(now.system, box=now.lattice), self.layers(now.whole)
         slices = Slices(layers.axis, layers.count, *layers.bounds(now))
         mass, layer = system.mass_of(now.state.species), layers.of(now)
         thermal = mass * ThermalMotion(now.scene, now.system).velocities(now) ** 2

@@ -53,11 +53,6 @@ class Trajectory(Observable, key="trajectory"):
         digests = np.zeros(self.watched(scene) // self.every, np.int64)
         return {"frames": np.zeros(1, np.int64), "digests": digests}
 
-    def is_frame(self, number: int) -> bool:
-        """Whether a sample, from 1 on, has a frame."""
-        n = self.per_decade
-        return n is None or number == round(10 ** (round(n * log10(number)) / n))
-
     @once
     def written(self, scene: Any) -> np.ndarray:
         """(beads,) bool array: which beads are."""
@@ -73,7 +68,8 @@ class Trajectory(Observable, key="trajectory"):
         from dpd.particles.gsd_files import frame_of
         from dpd.particles.particles import of_scene
 
-        if now.file is None or not self.is_frame(now.sample + 1):
+        n, number = self.per_decade, now.sample + 1
+        if now.file is None or (n and number != round(10 ** (round(n * log10(number)) / n))):
             return {}
         scene, state = now.scene, now.state
         velocity = state.by_identity(state.velocity) if self.velocities else None
@@ -88,8 +84,8 @@ class Trajectory(Observable, key="trajectory"):
             found = at_beads(replace(now.system, box=now.lattice), state)
             more = 0, 3 - now.dimension
             virials = np.pad(found.virial, ((0, 0), more, more))[:, *np.triu_indices(3)]
-            named = {"forces": found.force, "energies": found.energy, "virials": virials}
-            for name, each in named.items():
+            named = np.pad(found.force, ((0, 0), more)), found.energy, virials
+            for name, each in zip(("forces", "energies", "virials"), named):
                 frame.log[f"particles/{name}"] = each[self.written(scene)].astype(np.float32)
         frames = now.kept["frames"]
         now.kept["digests"][frames[0]] = now.file.append(frame)

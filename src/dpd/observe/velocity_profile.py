@@ -21,6 +21,7 @@ class VelocityProfile(Layered, key="velocity_profile"):
         "velocity_profile": (("block", "axis", "layer"), "r_c / tau", "mean velocity of beads"),
         "temperature_profile": (("block", "layer"), "kT", "temperature about the mean velocity"),
         "bead_profile": (("block", "layer"), "1 / r_c^dimension", "number density of all beads"),
+        "_beads": (("block", "layer"), "1", "their number"),
         "_mass": (("block", "layer"), "m", "mass of these beads"),
         "_sheared": (("block", "layer"), "m / tau", "the same, each times the rate of shear"),
     }
@@ -28,22 +29,22 @@ class VelocityProfile(Layered, key="velocity_profile"):
     only_with = {"_sheared": Change.SLIDES}
 
     def measure(self, now: Any) -> Any:
-        layers, velocity, species = self.layers(now.scene), now.state.velocity, now.state.species
+        layers, velocity, species = self.layers(now.whole), now.state.velocity, now.state.species
         layer = layers.of(now)
         mass = np.broadcast_to(now.system.mass_of(species), layer.shape)
         momenta = now.system.momenta(now.state)
         each = [None, mass, np.einsum("kn,kn->n", velocity, momenta), *momenta]
         beads, mass, squares, *momentum = (np.bincount(layer, one, layers.count) for one in each)
         found = {
-            "bead_profile": beads, "_mass": mass, "temperature_profile": squares,
-            "velocity_profile": momentum,
+            "bead_profile": layers.per_volume(now) * beads, "_mass": mass, "_beads": beads,
+            "temperature_profile": squares, "velocity_profile": momentum,
         }  # fmt: skip
         if now.system.shear is not None:
             found["_sheared"] = mass * now.system.shear.rate
         return found
 
     def finish(self, scene: Any, found: dict[str, Any]) -> Any:
-        beads, mass = found["bead_profile"], found["_mass"]
+        beads, mass = found["_beads"], found["_mass"]
         momentum, square = found["velocity_profile"], found["temperature_profile"]
         coordinates, layers = np.float64(scene.dimension * scene.beads), self.layers(scene)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -57,5 +58,5 @@ class VelocityProfile(Layered, key="velocity_profile"):
             velocity[:, shear.flow] += found["_sheared"] / mass * layers.middles()
         return {
             "velocity_profile": velocity, "temperature_profile": temperature,
-            "bead_profile": beads / layers.volume,
+            "bead_profile": found["bead_profile"],
         }  # fmt: skip

@@ -1,6 +1,6 @@
 """Pages of each kind: of what is measured, of first configurations, of what acts on beads."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -205,8 +205,8 @@ class Start(Page):
         """Whether forces act while it is made."""
         return bool(self.work) or self.relax is not None
 
-    def system(self, where: str) -> dict[str, Any]:
-        """Values of what it ``completes``, where a scene has none of its own."""
+    def system(self, where: str, words: Collection[str]) -> dict[str, Any]:
+        """Values of what it ``completes``, where a scene of these words has none."""
         return {}
 
     def own(self) -> dict[str, Any]:

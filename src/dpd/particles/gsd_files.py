@@ -53,7 +53,7 @@ def read_gsd(path: Path, frame: int = -1) -> Particles:
         types={
             tuple(group): table.types[kind]
             for table in (found.bonds, found.angles)
-            if len(table.types or ()) > 1
+            if table.types not in (None, ["bond"], ["angle"])
             for group, kind in zip(table.group.tolist(), table.typeid)
         },
     ).checked(path)

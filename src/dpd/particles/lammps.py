@@ -232,7 +232,7 @@ def _members(data, identities, kind, size):
     rows = data.table(f"{kind}s", data.count(f"{kind.lower()}s"), columns, labels)
     names = {number: label for label, number in labels.items()}
     members = _places(data, f"{kind}s", identities, rows[:, 2:])
-    numbers = rows[:, 1].tolist() if len({*rows[:, 1]}) > 1 else ()
+    numbers = rows[:, 1].tolist() if labels or len({*rows[:, 1]}) > 1 else ()
     types = {tuple(one): names.get(n, f"{n:.0f}") for one, n in zip(members.tolist(), numbers)}
     return members, types
 
@@ -283,7 +283,8 @@ def as_data(particles: Particles, types: Mapping[str, np.ndarray] = {}) -> str:
             counts |= {f"{name}s": len(type), f"{name} types": type.max()}
             joined[name] = type, *members.astype(int).T + 1
             if named and len(found) > 1 and name not in types:
-                lines = [f"{number} {label}" for number, label in enumerate(found, 1)]
+                said = (each if each[0].isalpha() else f"{name}{each}" for each in found)
+                lines = [f"{number} {label}" for number, label in enumerate(said, 1)]
                 labels[f"{name.capitalize()} Type Labels"] = lines
     ends = [f"0 {float(edge)!r}" for edge in box] + [f"{-HALF} {HALF}"]
     header = [f"{number} {name}" for name, number in counts.items()]

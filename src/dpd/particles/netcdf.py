@@ -6,6 +6,7 @@ Attributes: ``last_box``, the edges in r_c, and ``last_step``; under shear ``las
 factors xy, xz and yz of the lattice of images. Velocities are then those about the flow.
 """
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -55,6 +56,7 @@ def attributes_of(particles: Particles) -> dict[str, Any]:
     """The rest of it, as `dpd.files.write` takes attributes."""
     tilt = tilt_factors(particles.box)
     found = {"last_box": np.array(particles.box, float), "last_step": particles.step}
+    found |= {"last_types": json.dumps([*particles.types.items()])} if particles.types else {}
     return found | ({"last_tilt": np.array(tilt)} if any(tilt) else {})
 
 
@@ -77,6 +79,8 @@ def particles_of(
             "bonds": np.zeros((0, 2), np.uint32),
             "velocity": None,
         }
+        types = json.loads(attributes.get("last_types", "[]"))
+        absent["types"] = {tuple(beads): name for beads, name in types}
         box = box_of_file(attributes["last_box"], attributes.get("last_tilt", ()), path)
         return Particles(box=box, step=int(attributes.get("last_step", 0)), **absent | arrays)
 

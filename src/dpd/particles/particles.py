@@ -258,7 +258,8 @@ def each_molecule(particles: Particles) -> Iterator[tuple[np.ndarray, np.ndarray
     each = np.split(np.argsort(molecule, kind="stable"), np.cumsum(np.bincount(molecule))[:-1])
     types: dict[int, Types] = defaultdict(list)
     for one, name in particles.types.items():
-        types[molecule[one[0]]].append((one, name))
+        if len({*molecule[[*one]].tolist()}) == 1:  # an angle may have beads of others
+            types[molecule[one[0]]].append((one, name))
     of = np.searchsorted(np.sort(molecule[bonds[:, 0]]), np.arange(1, len(each)))
     bonds = bonds[np.argsort(molecule[bonds[:, 0]], kind="stable")].astype(np.int64)
     for beads, inside in sorted(zip(each, np.split(bonds, of)), key=lambda both: both[0][0]):

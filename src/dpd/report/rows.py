@@ -4,6 +4,7 @@ import csv
 import math
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -54,7 +55,10 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
             named_last = quantity
         else:  # in a sorted table it must say of what it is the same
             quantity = f"{named_last}; likewise{quantity.removeprefix(SAME)}"
-        long_one, z, number = long_runs.get(_key(entry)), entry["deviation_sigma"], _number(entry)
+        long_one, z, number = long_runs.get(_key(entry)), entry["deviation_sigma"], None
+        with suppress(ValueError):  # of a range in words
+            number = float(entry["published"])
+        text = f"{z:.{2 if abs(abs(z) - AGREE) < 0.05 else 1}f}"  # finer at verdicts
         errors = entry["published_error"], entry["rounding"] / 3**0.5, entry["error"]
         spread = math.hypot(*filter(math.isfinite, errors))
         figure = f"{entry['paper']}-{entry['figure']}"
@@ -76,7 +80,7 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
                 f"{with_error(long_one['value'], long_one['error'])}, {long_one['verdict']}"
             ) if long_one else "",
             "z": z,
-            "z_text": _sigmas(z),
+            "z_text": "" if math.isnan(z) else text.replace("inf", "∞").replace("-", "−"),
             "ratio": entry["value"] / number if number else math.nan,
             "ratio_error": 1.96 * spread / abs(number) if number else math.nan,
             "number": number,
@@ -87,20 +91,6 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
 def _key(entry):
     """What rows of two studies for the same number have in common."""
     return tuple(entry[key] for key in ("paper", "figure", "quantity", "kind", "published"))
-
-
-def _sigmas(z):
-    """z as text: about two, where verdicts change, with a digit more."""
-    digits = 2 if abs(abs(z) - AGREE) < 0.05 else 1
-    return "" if math.isnan(z) else f"{z:.{digits}f}".replace("inf", "∞").replace("-", "−")
-
-
-def _number(entry):
-    """A published number; None of a range in words."""
-    try:
-        return float(entry["published"])
-    except ValueError:
-        return None
 
 
 def worst_first(row: Row) -> tuple:

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cached_property
@@ -17,6 +18,7 @@ from dpd.scene.molecules import Joined, Molecule, either_way, graph_of, joined, 
 from dpd.scene.sections import Basics, Ramp
 from dpd.scene.yaml import attempt
 
+WORD = re.compile(r"[\w.+-]+")  # in a scene, which may be the name of a type
 NOTED_MISSED = 1e-4  # share of a density that whole molecules may miss unsaid: rounding
 
 
@@ -66,7 +68,7 @@ class Settings:
         if missing:
             start = self._section(Start, method, given, "start")
             self._refuse_wrong()
-            there = start.found(folder, self.where).system(self.where)
+            there = start.found(folder, self.where).system(self.where, WORD.findall(str(data)))
             walls = [key for key in self._keys(Term) if self._page(Term, key).mainly == Change.ENDS]
             if data.keys() & {*walls}:  # the box of a result is larger then, by their gaps
                 there.pop("box")
@@ -76,10 +78,12 @@ class Settings:
             each = (of_each_length(kind, edges.prod()) for kind in data["molecules"])
             data |= {"molecules": [kind for several in each for kind in several]}
             types = {name for kind in data["molecules"] for name in kind.get("types", ())}
+            graphs = [graph_of(kind["architecture"]) for kind in data["molecules"]]
+            types -= {name for beads, *_ in graphs for name in beads}  # whose laws are of species
             for key in data.keys() & {*self._keys(Term)}:
                 if size := self._page(Term, key).joins:
                     data[key] = self._by_type(data[key], {t: " ".join([t] * size) for t in types})
-        terms = data.keys() & {*self._keys(Term)}
+        terms = [key for key in self._keys(Term) if key in data]
         return data | self._without_ramps({key: data[key] for key in terms})
 
     def _without_ramps(self, data, key=""):
@@ -99,7 +103,10 @@ class Settings:
         """A section with the name of a type once for each bead that it joins, as of species."""
         if not isinstance(data, dict):
             return data
-        found = {types.get(str(key), key): self._by_type(each, types) for key, each in data.items()}
+        found: dict[Any, Any] = {}
+        for key, each in data.items():  # a changed one stands behind the whole law
+            name, each = types.get(str(key), key), self._by_type(each, types)
+            found[name] = found.get(name, {}) | each if isinstance(each, dict) else each
         self.laws_by_type |= {*types.values()} & found.keys()
         return found
 
@@ -275,8 +282,7 @@ class Settings:
     @cached_property
     def types(self) -> dict[tuple[int, ...], str]:
         """Types of bonds and angles that have any, by the numbers of beads."""
-        found: dict[tuple[int, ...], str] = {}
-        first = 0
+        found, first = dict[tuple[int, ...], str](), 0
         for kind in self.molecules:
             for one in range(first, first + kind.count * len(kind.beads), len(kind.beads)):
                 found |= {tuple(one + bead for bead in beads): name for beads, name in kind.types}

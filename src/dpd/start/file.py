@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+from collections.abc import Collection
 from functools import cache
 from pathlib import Path
 from typing import Any, Self
@@ -38,8 +39,8 @@ class FromFile(Start, key="file"):
         digest = self.sha256 or file_digest(path, where)
         return self.model_copy(update={"path": path, "sha256": digest})
 
-    def system(self, where: str) -> dict[str, Any]:
-        """Box and molecules that are in the file."""
+    def system(self, where: str, words: Collection[str]) -> dict[str, Any]:
+        """Box and molecules that are in the file, with types that the scene may name."""
         from dpd.particles import read
         from dpd.particles.particles import molecules_of
 
@@ -47,7 +48,9 @@ class FromFile(Start, key="file"):
             particles = read(self.path, self.read_frame)
         except UserError as problem:
             raise UserError(f"{where}: start.path: {problem}") from None
-        return {"box": list(map(float, particles.box)), "molecules": molecules_of(particles)}
+        types = {one: name for one, name in particles.types.items() if name in words}
+        molecules = molecules_of(particles._replace(types=types))
+        return {"box": list(map(float, particles.box)), "molecules": molecules}
 
     def content(self) -> Any:
         return {key: value for key, value in self.plain().items() if key != "path"}

@@ -49,6 +49,8 @@ class Polymerize(Start, key="polymerize"):
             yield "method", "'polymerize' grows chains in two dimensions only"
         if not scene.has_bonds:
             yield "method", "'polymerize' has nothing to grow: no chains, no bond"
+        if scene.types:
+            yield "method", "'polymerize' grows bonds whose laws are those of species, not of types"
         for kind, given in zip(scene.molecules, scene.data["molecules"]):
             if not (kind.is_chain and kind.is_linear):
                 yield "method", f"'polymerize' grows chains; {given['architecture']!r} has branches"

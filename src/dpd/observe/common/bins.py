@@ -63,19 +63,15 @@ class Layered(Observable):
 
 
 class Layers:
-    """Equal layers across an axis: of the box, or from behind one wall to behind the other.
-
-    ``volume`` is that of a layer of the scene's box.
-    """
+    """Equal layers across an axis: of the box, or from behind one wall to behind the other."""
 
     def __init__(self, scene: Any, axis: int, thickness: float) -> None:
         # Behind a plane the gap is the reach of beads, and a cutoff.
         self._reach = max(0.0, scene.origin[axis] - CUTOFF)
         self._low = scene.origin[axis] - self._reach
         self._length = scene.box[axis] + 2 * self._reach
-        self._edge, self._box_volume = scene.period[axis], scene.volume
+        self._edge, self._share = scene.period[axis], scene.box[axis] / self._length
         self.axis, self.count = axis, math.ceil(self._length / thickness)
-        self.volume = scene.volume * (self._length / scene.box[axis]) / self.count
 
     def of(self, now: Any) -> np.ndarray:
         """(n,) int64 array: the layer of each bead, in storage order."""
@@ -92,7 +88,7 @@ class Layers:
 
     def per_volume(self, now: Any) -> float:
         """One over the volume of a layer of the box as it is now."""
-        return self._box_volume / now.volume / self.volume
+        return self._share * self.count / now.volume
 
     def middles(self, now: Any = None) -> np.ndarray:
         """(count,) array: of the layers of the scene's box, or of that now, from its lower end."""

@@ -34,7 +34,7 @@ class Snapshot:
     def __init__(self, scene: Scene, simulation: Configuration) -> None:
         # Of the engine, whose functions take them; the box with its images where they are now.
         self.system, self.state, self.lattice = simulation.system, simulation.state, simulation.box
-        self.step, self._whole = self.state.step, scene  # since the run began, all included
+        self.step, self.whole = self.state.step, scene  # since the run began, all included
         one = len(scene.stages) == 1
         # With the values that hold now.
         self.scene = scene if one else scene.during(self.step - 1, max(self.step, 1))[-1]
@@ -46,7 +46,7 @@ class Snapshot:
     @property
     def time(self) -> float:
         """tau since the run began."""
-        return float(self._whole.tau(self.step))
+        return float(self.whole.tau(self.step))
 
     @cached_property
     def box(self) -> np.ndarray:
@@ -154,11 +154,10 @@ class Snapshot:
         if within > self._near:
             from dpd.engine.measure import near_beads
 
-            found = near_beads(self.state.position, self.lattice, within)
-            i, j = np.sort(self.state.identity[np.stack(found[:2])].astype(np.int64), axis=0)
-            apart = np.abs(self.positions[i] - self.positions[j])[:, ends]
-            there = (apart <= within).all(axis=1)
-            self._near, self._pairs = within, Pairs(i[there], j[there], found[2][there])
+            box = tuple(self.box + within * ends) if ends.any() else self.lattice
+            *found, distance = near_beads(self.state.position, box, within)
+            i, j = np.sort(self.state.identity[np.stack(found)].astype(np.int64), axis=0)
+            self._near, self._pairs = within, Pairs(i, j, distance)
         near = self._pairs.distance <= within
         return Pairs(*(each[near] for each in self._pairs))
 

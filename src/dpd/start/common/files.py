@@ -200,16 +200,17 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     species, order = _numbers_of_species(scene, particles, path), []
     own, bonds = (np.unique(np.sort(each), axis=0) for each in (scene.bonded, particles.bonds))
     same = np.array_equal(species, scene.kinds) and np.array_equal(own, bonds)
-    if same and (not particles.types or scene.types.items() <= particles.types.items()):
+    laws = scene.laws_by_type
+    typed = {k: n for k, n in particles.types.items() if " ".join([n] * len(k)) in laws}
+    if same and typed in ({}, scene.types):
         return np.arange(len(species))
     found = defaultdict(list)
-    for beads, inside, types in each_molecule(particles):
-        lawful = [one for one in types if " ".join([one[1]] * len(one[0])) in scene.laws_by_type]
-        key, walk = _content(species[beads], inside, lawful)
+    for beads, inside, types in each_molecule(particles._replace(types=typed)):
+        key, walk = _content(species[beads], inside, types)
         found[key].append(beads[walk])
     for kind, given in zip(scene.molecules, scene.data["molecules"]):
         own = np.array([scene.species.index(name) for name in kind.beads])
-        types = [*kind.types] if particles.types else []
+        types = [*kind.types] if typed else []
         key, walk = _content(own, np.unique(kind.bonds, axis=0), types)
         there = [beads[np.argsort(walk)] for beads in found[key]]
         if len(there) < kind.count:
