@@ -76,7 +76,9 @@ def slab_tension(run: xr.Dataset) -> SlabTension:
         )
     if len(scene.species) != 2:
         raise UserError(f"tension: {len(scene.species)} species; where slabs end is known for two")
-    seen = slabs(run.density_profile.values, run.z.values, _length(run.z))
+    began = scene.species.index(scene.molecules[0].beads[0])  # in the first half
+    density = run.density_profile.values[:, [began, 1 - began]]
+    seen = slabs(density, run.z.values, _length(run.z))
     missing = run.normal_pressure_profile.values - run.tangential_pressure_profile.values
     first, second = seen.position.mean(axis=0)
     place, length = run.slice.values, _length(run.slice)

@@ -231,7 +231,8 @@ def _chi_of_point(runs):
     """What `sweep_chi` says of one point, by name."""
     scene = first_scene(runs)
     profiles = runs.density_profile.transpose("replica", "block", "species", "z").values
-    seen = [slabs(profile, runs.z.values, max(scene.box)) for profile in profiles]
+    a = scene.species.index(scene.molecules[0].beads[0])  # which began in the first half
+    seen = [slabs(each[:, [a, 1 - a]], runs.z.values, max(scene.box)) for each in profiles]
     parts = [composition(part) for part in seen]
     widths, width_errors = np.transpose([interface_width(part) for part in seen])
     together = Composition(
@@ -242,12 +243,11 @@ def _chi_of_point(runs):
         any(part.mixed for part in parts),
     )
     chi = chi_and_error(together.fraction, together.error, len(scene.molecules[0].beads))
-    a, b = scene.species.index("A"), scene.species.index("B")
     return together._asdict() | {
         "chi": chi[0],
         "chi_error": chi[1],
         "settled": float(together.settled),
         "width": float(widths.mean()),
         "width_error": float(np.sqrt((width_errors**2).sum())) / len(widths),
-        "excess_repulsion": scene.repulsion[a, b] - scene.repulsion[a, a],
+        "excess_repulsion": scene.repulsion[a, 1 - a] - scene.repulsion[a, a],
     }
