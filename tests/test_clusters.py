@@ -104,7 +104,7 @@ def test_in_a_run():
     observe = ["thermo", {"clusters": {"of": ["A"], "within": 0.5, "every": 20}},
                {"configuration": {"every": 20}}]  # fmt: skip
     run = dpd.run(FLUID | {"observe": observe}, progress=False)
-    assert run.clusters.dims == ("clusters_sample",) and run.cluster_density.dims[0] == "block"
+    assert run.clusters.dims == ("clusters_time",) and run.cluster_density.dims[0] == "block"
     position, box = run.position.values.T, np.full(3, 4.0)
     beads = np.arange(len(position))
     expected = by_brute_force(position, box, np.full(len(beads), True), beads, 0.5)

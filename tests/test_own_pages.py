@@ -235,7 +235,7 @@ def test_functions_and_objects_are_observables(folder, monkeypatch):
     assert command("run", "scene.yaml", "-o", "run.nc", "--page", "short.py").returncode == 0
     run = dpd.load("run.nc")
     last = (read("run.nc")[0]["last_position"] ** 2).mean(axis=1)
-    assert run["size"].dims == ("size_sample", "size_index") and run.height.shape == (3,)
+    assert run["size"].dims == ("size_time", "size_index") and run.height.shape == (3,)
     np.testing.assert_allclose(run["size"][-1], last, rtol=1e-12)
     assert run["size"].long_name == "Mean square of the positions along each axis"
     assert run.height.attrs["mean"] == pytest.approx(run.height.values.mean())

@@ -143,12 +143,11 @@ def load(path: str | os.PathLike) -> xr.Dataset:
     """Read the result of a run or of a sweep, which `dpd.run`, `dpd.sweep` or ``dpd run`` wrote.
 
     Of a run these are the variables of its observables. Time series have the dimension and
-    coordinate ``time``, in tau since the end of equilibration; averages over a part of the run have
-    the dimension ``block``. Each variable has ``units`` (reduced: r_c, kT, the mass of a bead, tau)
-    and ``long_name``, and each series of numbers, as ``run.kT.attrs``, its ``mean``, its standard
-    ``error`` (1.96 of it make a 95 % interval) and its ``correlation_time`` in tau. The attributes
-    hold the scene as JSON, the seed and what made the file. Raises `dpd.UserError` if the file is
-    missing, damaged or another.
+    coordinate ``time``, in tau since the end of equilibration, or one of their own, as
+    ``clusters_time``; averages over parts of the run have ``block``. Variables have ``units``
+    (reduced: r_c, kT, the mass of a bead, tau) and ``long_name``, series of numbers, as ``run.kT``,
+    the attributes ``mean``, ``error`` (standard; 1.96 of it make a 95 % interval) and
+    ``correlation_time``. Raises `dpd.UserError` if the file is missing, damaged or another.
     """
     path, remedy = Path(path), "if it should be the result of a run or a sweep, make it again"
     files.check_input(path)
@@ -157,8 +156,9 @@ def load(path: str | os.PathLike) -> xr.Dataset:
         return data
     if "scene_digest" not in data.attrs:
         raise UserError(f"{path}: neither the result of a run nor of a sweep; {remedy}")
-    if "sample" in data.dims:
-        data = data.set_coords("time").swap_dims(sample="time")
+    for name in [str(each) for each in data.dims if str(each).endswith("sample")]:
+        time = f"{name.removesuffix('sample')}time"
+        data = data.set_coords(time).swap_dims({name: time})
     dimension = str(data.sizes.get("axis", "dimension"))
     for variable in data.variables.values():
         if "units" in variable.attrs:
