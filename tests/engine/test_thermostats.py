@@ -58,6 +58,7 @@ def test_what_is_measured_belongs_to_where_the_beads_are(scheme, skin=0.2):
         np.testing.assert_allclose(sums.virial[0], reference.virial[0], rtol=1e-10, atol=1e-9)
         np.testing.assert_allclose(sums.energy, reference.energy, rtol=1e-10)
     assert_same_state(one.state, other.state)
+    assert type(one.state.step) is int  # as JSON has it, which shows progress
 
 
 @pytest.mark.few(1)

@@ -192,11 +192,7 @@ def _add_walls(virial, position, species, walls, slices):
 
 
 class AtBeads(NamedTuple):
-    """What conservative forces are and hold, bead by bead.
-
-    Half of what acts between two beads, and so along a bond, belongs to each; the halves of an
-    angle act along its two bonds.
-    """
+    """Of conservative forces; half of what acts between two beads, or along a bond, is of each."""
 
     force: Any  # (n, dimension) in kT / r_c; of kernels None
     energy: np.ndarray  # (n,) in kT
@@ -254,9 +250,9 @@ def _laplacian(total, slopes, beads, species, acting, walls, halves, virial, sum
             w = max(0.0, 1.0 - r)
             a = of_pair(pair.repulsion, species, i, j)
             over_r = (force(pair, a, r, w) + force(many_body, pairs.crowd[p], r)) / r
-            if halves is None:  # u'' + (d - 1) u' / r, for both beads; a core has no u''
-                bent = curvature(pair, a, r, w) + curvature(many_body, pairs.crowd[p], r)
-                laplacian += 2.0 * (bent - (len(edges) - 1) * over_r)
+            bent = curvature(pair, a, r, w) + curvature(many_body, pairs.crowd[p], r)
+            # u'' + (d - 1) u' / r, for both beads of the pair
+            laplacian += 2.0 * (bent - (len(edges) - 1) * over_r)
             push_apart(total, i, j, over_r, pairs.separation, p, edges)
             held = energy(pair, a, r, w) + energy(many_body, pairs.crowd[p], r)
             share(halves, i, j, held, over_r, pairs.separation, pairs.separation, p, edges)

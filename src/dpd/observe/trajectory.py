@@ -15,11 +15,10 @@ class Trajectory(Observable, key="trajectory"):
     holds ``log/time``, in tau since the run began, ``log/dt`` and ``log/kT``, and the number of the
     molecule of each bead as its body, which MDAnalysis takes for that of its residue.
 
-    With ``forces`` it holds, under ``log/particles/``, the conservative ``forces`` on each bead in
-    kT / r_c, but for a body force, its ``energies`` in kT and its ``virials`` xx, xy, xz, yy, yz,
-    zz in kT, as HOOMD names them: of what acts between two beads, or along a bond of an angle, a
-    half belongs to each. The sum of virials and of m v v of the beads in a volume, over it, is the
-    pressure tensor there.
+    With ``forces`` it holds, under ``log/particles/`` as HOOMD names them, the conservative
+    ``forces`` on each bead but a body force, in kT / r_c, its ``energies`` and its ``virials`` xx,
+    xy, xz, yy, yz, zz in kT: half of what acts between two beads, or along a bond of an angle. The
+    sum of virials and m v v in a volume, over it, is the pressure tensor there.
     """
 
     stands = frozenset(Change)

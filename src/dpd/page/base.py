@@ -39,8 +39,8 @@ N = TypeVar("N")
 SPECIES, PAIR, TRIPLE = r"^\S+$", r"^\S+ \S+$", r"^\S+ \S+ \S+$"
 # What a key of a table is, by its pattern, for messages.
 NAMES = {
-    SPECIES: "a species, as 'A'", PAIR: "a pair of species, as 'A B'",
-    TRIPLE: "three species along two bonds, as 'A B C'",
+    SPECIES: "a species, as 'A'", PAIR: "a pair of species, as 'A B', or a type of bonds",
+    TRIPLE: "three species along two bonds, as 'A B C', or a type of angles",
 }  # fmt: skip
 Species = Annotated[str, Field(pattern=SPECIES)]
 Pair = Annotated[str, Field(pattern=PAIR)]
@@ -64,7 +64,8 @@ NotNegative = Annotated[float, Field(ge=0, le=1e6)]
 
 def is_table(value: object) -> bool:
     """Whether something is a law for each pair or triple of species, not one for all."""
-    return isinstance(value, dict) and any(" " in str(key) for key in value)
+    inside = value.items() if isinstance(value, dict) else ()
+    return any(" " in str(key) or isinstance(each, dict) for key, each in inside)
 
 
 def setting(text: str, default: Any = ..., unit: str = "", of: str = "", **bounds: Any) -> Any:

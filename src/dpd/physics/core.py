@@ -61,6 +61,9 @@ class Core(NamedTuple):
             return self.push * (self.diameter - r) + edge
         return energy_beyond(self, a, r, w, self.width)
 
+    def curvature(self, a: float, r: float, w: float) -> float:  # without the jump
+        return a if self.diameter <= r < 1.0 else 0.0
+
 
 @part
 def force_beyond(core, a, r, w, width):
