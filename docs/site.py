@@ -127,7 +127,7 @@ def scenes() -> list[dict[str, str]]:
     for path in sorted((PACKAGE / "scenes").glob("*.yaml")):
         lines = path.read_text().splitlines()
         said = [line.removeprefix("# ") for line in lines if line.startswith("#")]
-        row = {"name": path.stem, "title": said[0], "said": " ".join(said[1:])}
+        row = {"name": path.stem, "title": said[0], "said": " ".join(" ".join(said[1:]).split())}
         found.append(row | {"text": "\n".join(lines[len(said) :])} | kept.get(path.stem, {}))
     return found
 

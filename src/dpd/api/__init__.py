@@ -208,9 +208,9 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        The dimensions are the axes, by their keys, and ``replica``. A time series such as ``kT``
-        becomes its mean, with ``kT_error`` (a standard error that knows about correlation),
-        ``kT_correlation_time`` and more; averages and tables are kept whole.
+        The dimensions are the axes, by their keys, and ``replica``. A series over ``time``, as
+        ``kT``, becomes its mean, with ``kT_error`` (which knows about correlation) and more; those
+        of other intervals, averages and tables are kept whole, arrays over ``time`` are not.
 
     Examples
     --------

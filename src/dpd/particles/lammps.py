@@ -1,7 +1,7 @@
 """Data files of LAMMPS, which it writes by ``write_data`` and reads by ``read_data``.
 
 https://docs.lammps.org/read_data.html. What this program has no use for is left out on reading:
-coefficients of potentials without a word, as a scene has its own, all else with one.
+coefficients of potentials too, as a scene has its own laws; all with a sentence.
 """
 
 import re
@@ -250,8 +250,9 @@ def _left_out(data: Data, columns: Sequence[str], rows: np.ndarray) -> Iterator[
     if lost := [name for k, name in enumerate(columns) if name not in USED and rows[:, k].any()]:
         yield f"{', '.join(lost)} of the atoms left out: beads have none here"
     for name in data.sections:
-        if name not in KNOWN and not name.endswith((" Coeffs", " Type Labels")):
-            yield f"section {name} is left out: it says nothing that is known here"
+        if name not in KNOWN and not name.endswith(" Type Labels"):
+            said = "laws are those of a scene" if "Coeffs" in name else "nothing here has that"
+            yield f"section {name} is left out: {said}"
 
 
 def style_of(particles: Particles) -> str:
