@@ -48,7 +48,9 @@ Triple = Annotated[str, Field(pattern=TRIPLE)]
 # Which branch a value is meant for, by its kind: so only errors of that are told.
 OR_TABLE = Discriminator(lambda value: "=table" if isinstance(value, dict | BaseModel) else "=one")
 OR_LIST = Discriminator(lambda value: "=list" if isinstance(value, list) else "=one")
-OR_LAWS = Discriminator(lambda value: "=table" if is_table(value) else "=one")
+OR_LAWS = Discriminator(  # a law has numbers alone
+    lambda v: "=table" if is_table(v) or dict in map(type, getattr(v, "values", list)()) else "=one"
+)
 _One = Annotated[N, Tag("=one")]
 Table = Annotated[dict[K, N], Field(min_length=1)]
 PairTable = Table[Pair, N]
@@ -64,8 +66,7 @@ NotNegative = Annotated[float, Field(ge=0, le=1e6)]
 
 def is_table(value: object) -> bool:
     """Whether something is a law for each pair or triple of species, not one for all."""
-    inside = value.items() if isinstance(value, dict) else ()
-    return any(" " in str(key) or isinstance(each, dict) for key, each in inside)
+    return isinstance(value, dict) and any(" " in str(key) for key in value)
 
 
 def setting(text: str, default: Any = ..., unit: str = "", of: str = "", **bounds: Any) -> Any:

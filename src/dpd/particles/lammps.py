@@ -251,8 +251,7 @@ def _left_out(data: Data, columns: Sequence[str], rows: np.ndarray) -> Iterator[
         yield f"{', '.join(lost)} of the atoms left out: beads have none here"
     for name in data.sections:
         if name not in KNOWN and not name.endswith(" Type Labels"):
-            said = "laws are those of a scene" if "Coeffs" in name else "nothing here has that"
-            yield f"section {name} is left out: {said}"
+            yield f"section {name} is left out: laws, and all that beads have, are the scene's"
 
 
 def style_of(particles: Particles) -> str:
