@@ -61,7 +61,7 @@ SMALLER = {
 @pytest.mark.filterwarnings("ignore:kT is")  # after so few steps
 @pytest.mark.few("fluid")
 @pytest.mark.parametrize("name", SCENES)
-def test_examples_run(name):
+def test_examples_run(name, tmp_path):
     """For a few steps, in each of which all that they observe is looked at."""
     scene = read_yaml(SCENES[name]) | SMALLER.get(name, {})
     scene.pop("duration", None)
@@ -69,7 +69,7 @@ def test_examples_run(name):
     for place, item in enumerate(scene["observe"]):
         settings = item if isinstance(item, dict) else {item: {}}
         scene["observe"][place] = {key: own | {"every": 1} for key, own in settings.items()}
-    run = package.run(scene, progress=False)
+    run = package.run(scene, output=tmp_path / "run.nc", progress=False)
     assert run.attrs["steps"] == 100 and np.isfinite(run.kT).all()
 
 
