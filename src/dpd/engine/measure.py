@@ -109,11 +109,11 @@ def near_beads(
     position: np.ndarray, box: Sequence[float], within: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(pairs,) numbers of the two beads of each pair within a distance, and their distances."""
-    beads, room = sorted_beads(position, box, max(within, SMALLEST_CELL)), 0
+    beads, (d, n) = sorted_beads(position, box, max(within, SMALLEST_CELL)), position.shape
+    room = int(2.6 * n * n * within**d / np.prod(box))  # of a fluid; one search is enough there
     while True:
         ends, distance = np.empty((2, room), np.uint32), np.empty(room)
-        count = _list_near(ends, distance, beads, within)
-        if count <= room:
+        if (count := _list_near(ends, distance, beads, within)) <= room:
             return *ends[:, :count], distance[:count]
         room = count
 

@@ -31,7 +31,7 @@ class Mixing(Observable, key="mixing"):
     def measure(self, now: Any) -> Any:
         number = np.bincount(now.scene.kinds, minlength=len(now.scene.species)).astype(float)
         by_lot = 2 * np.outer(number, number) / (now.beads * (now.beads - 1))
-        pairs, total = now.by_species(1.0, np.ones_like), len(now.pairs(1.0).i)
+        total = np.triu(pairs := now.by_species(1.0, np.ones_like)).sum()
         return [
             1 - pairs[a, b] / (by_lot[a, b] * total) if total else 0.0
             for a, b in combinations(range(len(number)), 2)

@@ -92,9 +92,9 @@ class Molecule:
     def species_along(self, size: int) -> list[tuple[str, ...]]:
         """What laws name them by: species of their beads, or, once for each bead, their type."""
         types, found = dict(self.types), []
-        for beads in map(either_way, self.along(size).tolist()):
-            known = beads in types
-            found.append(tuple(types[beads] if known else self.beads[bead] for bead in beads))
+        for beads in self.along(size).tolist():
+            name = types.get(either_way(beads)) if types else None
+            found.append(tuple(name or self.beads[bead] for bead in beads))
         return found
 
     @cached_property

@@ -247,7 +247,7 @@ def unknown_names(scene: Any) -> Refusals:
     for key, term in scene.terms.items():
         yield from inside(key, term.unknown(scene))
     for place, kind in enumerate(scene.molecules):
-        there = {either_way(beads) for size in (2, 3) for beads in kind.along(size).tolist()}
+        there = {either_way(b) for n in (2, 3) if kind.types for b in kind.along(n).tolist()}
         for beads, name in kind.types:
             if beads not in there:
                 yield f"molecules.{place}.types.{name}", f"{[*beads]}: no bond or angle, or typed"
