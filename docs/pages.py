@@ -1,11 +1,13 @@
 """All pages of the repository that are written by a program, wholly or in part."""
 
+import math
 import re
 from contextlib import suppress
 from functools import cache, partial
 from html import escape
 from pathlib import Path
 
+from dpd.analysis.verdicts import AGREE
 from dpd.digests import calculations_file
 from dpd.errors import UserError
 from dpd.folders import ROOT
@@ -33,6 +35,7 @@ from dpd.start.common.make import system_of
 rendered = partial(rendered_from, folder=Path(__file__).parent)
 TIME = re.compile(r"(<!-- time: (\S+) -->).*?(<!-- end -->)")
 ARCHIVED = "quick"  # study whose time is recorded
+REACH = re.compile(r"two standard errors (?:reach from (\S+) to|of \S+ and of) (\S+)$")
 BLOCK = re.compile(r"(<!-- begin: (\S+) counts -->\n).*?(<!-- end -->)", re.S)
 FLUID = {
     "dimension": 3, "box": 6, "molecules": [{"architecture": "A 2 B 2", "count": 162}],
@@ -115,13 +118,14 @@ def paper_page(name: str) -> str:
     rows = [row for key, each in known.items() for row in section_rows(each, key, "")]
     return rendered(
         "paper.md.j2", keys=rows, name=name, title=paper.title, reference=paper.reference,
-        doi=f", [doi:{doi}]({link})" if doi else "", findings=_found(name, findings, tables),
+        doi=f", [doi:{doi}]({link})" if doi else "",
+        findings=_found(name, findings, tables).partition("### Figures"),
         first=next(iter(known), ""),
         studies=[
             (study, read_study(study).description, table, _missing(study, paper))
             for study, table in tables.items()
         ],
-        long_study=LONG_STUDY,
+        long_study=LONG_STUDY, still_open=_open_rows(paper, tables.get(LONG_STUDY, ())),
         pictures=[(p.stem, load_module(name, p.stem)) for p in archive.pictures(name)],
     )  # fmt: skip
 
@@ -130,6 +134,27 @@ def _missing(study, paper):
     """Figures that the archive of a study lacks, which was stopped before its end."""
     drawn = archive.manifest_of(study).get("figures")
     return [each for each in paper.figures if drawn and f"{paper.name}/{each}" not in drawn]
+
+
+def _open_rows(paper, rows):
+    """Rows that the long study leaves open, each with the core-hours that would decide it.
+
+    Errors fall with the root of a run's length, and bounds with the length. What lacks an error, or
+    follows no law, has no such estimate.
+    """
+    runs, table = archive.runs_of(LONG_STUDY), []
+    for row in [row for row in rows if row["mark"] == "n"]:
+        entry, sweeps = row["entry"], paper.figures[row["entry"]["figure"]].sweeps
+        folders = tuple(f"{paper.name}/runs/{sweep}/" for sweep in sweeps)
+        hours = runs.seconds[runs.index.str.startswith(folders)].sum() / 3600
+        apart = abs(entry["deviation_sigma"]) * entry["error"]  # from the end of a range
+        if reach := REACH.search(entry["note"]):
+            apart = abs(float(reach[1] or entry["value"]) - float(reach[2]))
+        longer = (AGREE * entry["error"] / apart) ** 2 if apart else math.nan
+        if "an upper bound" in entry["note"]:
+            longer = entry["value"] / float(entry["published"].strip("<> "))
+        table.append((row, "–" if math.isnan(longer) else f"{longer * hours:.2g}"))
+    return table
 
 
 def _found(name, path, tables):

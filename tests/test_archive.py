@@ -25,7 +25,7 @@ from dpd.scene.scene import Scene
 from tests.test_report import VERDICTS, put_figure, verdict_table
 
 PAPER, SWEEP = "one_1997", "lengths"
-LIMIT = 10_000_000  # bytes of an archive: git keeps every version of it for ever
+LIMIT = 12 * 2**20  # bytes of an archive: git keeps every version of it for ever
 DT, BEADS, STEPS = 0.04, 1536, 1000
 ROWS = {name: rest for name, (_, *rest) in VERDICTS.items()}
 
@@ -59,7 +59,7 @@ def paper(*sampling, replicas=1):
 def put_run(results, point, seconds=1800.0):
     """The result of a run, with what the archive reads of it."""
     path = results / PAPER / "runs" / SWEEP / point.name / "run.nc"
-    files.write(path, {}, {"seconds": seconds})
+    files.write(path, {}, {"seconds": seconds, "beads": BEADS, "steps": STEPS})
     return path
 
 
@@ -97,7 +97,10 @@ def test_the_archive_of_a_study(kept, results):
     figure = f"{PAPER}/fig02_shapes"
     assert found["figures"] == {figure: part}
     names = {str(path.relative_to(kept / "long")) for path in written}
-    assert names == {"verdicts.csv", f"{figure}.png", f"{figure}.nc", "manifest.yaml"}
+    assert names == {"verdicts.csv", f"{figure}.png", f"{figure}.nc", "manifest.yaml", "runs.csv"}
+    runs = archive.runs_of("long")
+    assert {*runs.index} == {f"{PAPER}/runs/{SWEEP}/length={n},replica=0.nc" for n in (2, 4)}
+    assert (runs == [part, BEADS, STEPS, 1800]).all(axis=None)
     assert str(results) not in (kept / "long" / "manifest.yaml").read_text()
     source, target = results / PAPER / "figures" / "fig02_shapes", kept / "long" / figure
     assert source.with_suffix(".nc").read_bytes() == target.with_suffix(".nc").read_bytes()
@@ -158,7 +161,7 @@ def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch):
     monkeypatch.setattr(archive, "results_of", lambda study: Results(str(results)))
     monkeypatch.setattr(archive, "read_config", lambda: {"papers": [PAPER]})
     monkeypatch.setattr(archive, "read_paper", lambda name, study: paper())
-    for study, number in (("quick", 2), (LONG_STUDY, 4)):
+    for study, number in (("quick", 2), (LONG_STUDY, 5)):
         written = archive.keep(study)
         assert len(written) == number and kept / study / "verdicts.csv" in written
     with pytest.raises(UserError, match="is none of the studies"):
@@ -170,7 +173,7 @@ def test_what_git_has_of_the_long_study():
     folder, figures = archive.ARCHIVE / LONG_STUDY, manifest_of(LONG_STUDY)["figures"]
     there = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
     kept = {f"{name}.{kind}" for name in figures for kind in ("png", "nc")}
-    assert there == {*kept, archive.MANIFEST, archive.VERDICTS}
+    assert there == {*kept, archive.MANIFEST, archive.VERDICTS, archive.RUNS}
     assert sum((folder / name).stat().st_size for name in there) <= LIMIT
 
 

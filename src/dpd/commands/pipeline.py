@@ -207,13 +207,10 @@ def figure(options: Namespace) -> None:
 @command(option("tables", nargs="*"), output="table.csv")
 def verdicts(options: Namespace) -> None:
     """Join the verdict tables of figures."""
-    import pandas as pd
-
-    from dpd.analysis.verdicts import COLUMNS
+    from dpd.report.archive import table_text
     from dpd.report.rows import read_rows
 
-    table = pd.DataFrame(read_rows(*options.tables), columns=COLUMNS)
-    write_texts({options.output: table.to_csv(index=False)})
+    write_texts({options.output: table_text(read_rows(*options.tables)).decode()})
 
 
 NAMED = "a study, a folder of its results or archive, or a verdict table"

@@ -31,7 +31,8 @@ from dpd.report.style import LOOK
 
 ARCHIVE = ROOT / "results" / "archive"
 FIGURES = ROOT / "paper_figures"
-VERDICTS, MANIFEST = "verdicts.csv", "manifest.yaml"
+VERDICTS, MANIFEST, RUNS = "verdicts.csv", "manifest.yaml", "runs.csv"
+TOLD = ["beads", "steps", "seconds"]  # of each run
 HEAD = """\
 # Written by `python -m dpd archive`: what made the files beside this one.
 # `figures` names the entry of `parts` that made each: a figure that is not drawn where that is
@@ -58,7 +59,7 @@ def keep(study: str, runs_from: float = math.inf) -> list[Path]:
     """
     read_study(study)  # a name that is none would lead elsewhere
     results = results_of(study)
-    if study == LONG_STUDY:
+    if variant_of(study)[0] == LONG_STUDY:
         every = [read_paper(name, study) for name in read_config()["papers"]]
         return keep_whole(study, results, every, runs_from)
     source = Path(results.verdicts())
@@ -112,6 +113,13 @@ def manifest_of(study: str) -> dict[str, Any]:
     return yaml.safe_load(path.read_text()) if path.is_file() else {}
 
 
+def runs_of(study: str) -> pd.DataFrame:
+    """How long each archived run of a study took, and which part of the study made it."""
+    path = ARCHIVE / study / RUNS
+    none = pd.DataFrame(columns=["part", *TOLD], index=pd.Index([], name="run"))
+    return pd.read_csv(path, index_col=0) if path.is_file() else none
+
+
 def manifest_text(manifest: dict[str, Any]) -> bytes:
     """A manifest as its file has it."""
     text = yaml.safe_dump(manifest, sort_keys=False, allow_unicode=True, width=100)
@@ -136,24 +144,30 @@ def keep_whole(
     before = read_rows(target / VERDICTS) if former else []
     figures, rows = {}, []
     contents: dict[str, bytes] = {}
-    for paper, figure in [(each.name, figure) for each in papers for figure in each.figures]:
+    every = [(each.name, figure) for each in papers for figure in each.figures]
+    drawn = [each for each in every if os.path.isfile(results.figure(*each, "csv"))]
+    if not drawn:
+        raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
+    for paper, figure in every:
         name = f"{paper}/{figure}"
-        picture, numbers, table = (
-            Path(results.figure(paper, figure, kind)) for kind in ("png", "nc", "csv")
-        )
-        if picture.is_file() and numbers.is_file() and table.is_file():
+        if (paper, figure) in drawn:
             figures[name] = part
-            contents |= {f"{name}.png": small_png(picture), f"{name}.nc": numbers.read_bytes()}
-            rows += read_rows(table)
+            rows += read_rows(results.figure(paper, figure, "csv"))
+            if variant_of(study)[0] == study:  # of other seeds verdicts are enough
+                contents[f"{name}.png"] = small_png(Path(results.figure(paper, figure, "png")))
+                contents[f"{name}.nc"] = Path(results.figure(paper, figure, "nc")).read_bytes()
         elif name in former.get("figures", {}):
             figures[name] = former["figures"][name]
             rows += [row for row in before if f"{row['paper']}/{row['figure']}" == name]
-    for name, path in _runs(papers, results) if runs_from < math.inf else ():
-        if path.is_file() and files.attributes(path)["seconds"] >= 3600 * runs_from:
-            contents[name] = path.read_bytes()
-    if not contents:
-        raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
-    used = {name: parts[name] for name in parts if name in figures.values()}
+    runs = runs_of(study)
+    for name, path in _runs(papers, results):
+        if path.is_file():
+            told = files.attributes(path)
+            runs.loc[name] = [part, *(round(told[key]) for key in TOLD)]
+            if told["seconds"] >= 3600 * runs_from:
+                contents[name] = path.read_bytes()
+    contents[RUNS] = runs.sort_index().to_csv().encode()
+    used = {name: parts[name] for name in parts if name in {*figures.values(), *runs.part}}
     manifest = manifest_text({"study": study, "parts": used, "figures": figures})
     for name in former.get("figures", {}).keys() - figures.keys():
         for kind in ("png", "nc"):
