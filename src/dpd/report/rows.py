@@ -20,7 +20,7 @@ from dpd.report.text import typeset, with_error
 Row = dict[str, Any]
 MARKS = {"replicated": "r", "deviates": "d", "not reached at this scale": "n"}
 KINDS = ("simulated", "closed form", "check")
-LEADS = {"About": "", "Holds": "r", "Does not": "d", "Why": "w", "Open": "n"}
+LEADS = {"About": "", "Answer": "w", "Holds": "r", "Does not": "d", "Why": "w", "Open": "n"}
 WORDS = {"paper", "figure", "quantity", "where", "kind", "limits", "published", "verdict", "note"}
 SAME = "the same"  # begins a quantity that differs from the one before it
 SENTENCE = re.compile(r"- \*\*(.+?)\.\*\* (.+?) ?<!--(.*?)-->")
