@@ -2,37 +2,41 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib.ticker import MaxNLocator
 
 from dpd.analysis.interfaces import sweep_chi
 from dpd.analysis.statistics import COVERAGE, linear_fit
 from dpd.analysis.verdicts import Measured, shown_by
-from dpd.report.style import BLACK, BLUE, RED, panels, points, published_line
+from dpd.report.style import BLACK, BLUE, GREEN, RED, panels, points, published_line
 from dpd.report.text import with_error
 from paper_figures.groot_warren_1997.shared import NOT_FITTED, monomer_slope
 
 PUBLISHED = shown_by(__file__)
+LONGEST, BEYOND = 10, 20  # beads of the longest chains that the paper fits, and that it has
 NARROW = 6  # beads of the longest chains whose interfaces leave much bulk in this box
 SLOPE, BELOW = PUBLISHED["chain_slope"], PUBLISHED["monomer_below"]
 
 TITLE = "chi N kT / Delta a of chains against their length N (rho = 3, C = 2)."
 PAPER_SHOWS = (
-    f"(a) The paper shows chi N kT / Delta a against N and fits ({SLOPE}) N for 2 <= N <= 10 "
-    f"(dashed), N = 1 lying some {100 * BELOW.value:g} % below. (b) The same divided by N. N = 1 "
+    f"(a) The paper shows chi N kT / Delta a against N and fits ({SLOPE}) N for N from 2 to "
+    f"{LONGEST} (dashed), N = 1 some {100 * BELOW.value:g} % below. (b) The same over N. N = 1 "
     "here is the slope of the monomer runs with chi > 3. The paper has several Delta a for each N, "
-    "up to N = 20; we have one, which keeps chi N near 4, and stop at N = 10, as interfaces of "
-    "longer chains would leave no bulk in this box. Their tails are fitted and taken off. Open "
-    f"points are not fitted: {NOT_FITTED}"
+    f"up to N = {BEYOND}; we have one, which keeps chi N near 4. Chains of {BEYOND} are run in the "
+    "study paper alone, in a box of twice the length, as in that of the others their interfaces "
+    "would leave no bulk; as in the paper they are not fitted. Tails of interfaces are fitted and "
+    f"taken off. Open points are not fitted either: {NOT_FITTED}"
 )
 
 
 def compute(sweeps):
     """chi N / Delta a, which points are fitted, and the fits of Eq. 27."""
-    chains = sweep_chi(sweeps["chains"], "length")
+    there = [sweeps[name] for name in ("chains", "long_chains") if name in sweeps]
+    chains = xr.concat([sweep_chi(runs, "length") for runs in there], "length")
     length = chains.length.values.astype(float)
     ratio = chains.chi.values / chains.excess_repulsion.values * length
     error = chains.chi_error.values / chains.excess_repulsion.values * length
     settled = chains.settled.values == 1
-    chosen = settled & (length >= 2) & (length <= 10) & np.isfinite(ratio)
+    chosen = settled & (length >= 2) & (length <= LONGEST) & np.isfinite(ratio)
     monomers = sweep_chi(sweeps["segregation_3"], "excess")
     _, one = monomer_slope(monomers)
     data = xr.Dataset(
@@ -40,6 +44,7 @@ def compute(sweeps):
             "ratio": ("length", np.append(one.values if one else np.nan, ratio)),
             "error": ("length", np.append(one.errors if one else np.nan, error)),
             "fitted": ("length", np.append(False, chosen)),
+            "settled": ("length", np.append(True, settled)),
             "drift": ("length", np.append(0.0, chains.drift.values)),
         },
         {"length": np.append(1.0, length)},
@@ -56,7 +61,7 @@ def compute(sweeps):
     return data
 
 
-def slope_fit(data, longest=10):
+def slope_fit(data, longest=LONGEST):
     """The slope of ratio = s N of the fitted chains up to some length; None without any."""
     at = data.isel(length=data.fitted.values & (data.length.values <= longest))
     if not at.sizes["length"]:
@@ -101,6 +106,7 @@ def measured(data):
             f"up to {NARROW} alone: {alone}", few,
         ),
         "monomer_below": Measured(below, below_error, "1 - (chi / Delta a at N = 1) / slope", few),
+        "chain_20": of_longest(data),
         "offset": Measured(float(data.offset), float(data.offset_error), "", few),
         "offset_with_1": Measured(
             float(data.offset_with_1), float(data.offset_with_1_error),
@@ -110,14 +116,24 @@ def measured(data):
     }  # fmt: skip
 
 
+def of_longest(data):
+    """chi kT / Delta a of the longest chains, which are not fitted."""
+    if BEYOND not in data.length:
+        return Measured(np.nan, np.nan)
+    at = data.sel(length=BEYOND)
+    unsettled = "" if at.settled else "the run has not settled"
+    return Measured(float(at.ratio) / BEYOND, float(at.error) / BEYOND, "", unsettled)
+
+
 def describe(data):
     """What is seen."""
-    slope, one = float(data.slope), float(data.ratio.sel(length=1))
+    slope, one, longest = float(data.slope), float(data.ratio.sel(length=1)), of_longest(data).value
+    beyond = f", and N = {BEYOND}, not fitted, is at {longest:.3f}" if np.isfinite(longest) else ""
     return (
         f"(a) chi N kT / Delta a lies on a straight line through the origin, of slope {slope:.3f}, "
         "on the dashed published one. (b) Divided by N the points scatter about that slope within "
-        f"their error bars; N = 1 lies lower, at {one:.3f}. With N = 1 a line has the offset N_0 = "
-        f"{with_error(float(data.offset_with_1), float(data.offset_with_1_error))}."
+        f"their error bars; N = 1 lies lower, at {one:.3f}{beyond}. With N = 1 a line has the "
+        f"offset N_0 = {with_error(float(data.offset_with_1), float(data.offset_with_1_error))}."
     )
 
 
@@ -125,10 +141,12 @@ def draw(data):
     """chi N / Delta a against N, the paper's axes, and the ratio per bead."""
     figure, (left, right) = panels(2)
     fitted, one = data.fitted.values, data.length.values == 1
+    beyond = data.get("settled", data.fitted).values & (data.length.values > LONGEST)
     groups = (
         (fitted, BLUE, "o", True, "fitted"),
         (one, RED, "s", True, "$N$ = 1, from Fig. 7"),
-        (~fitted & ~one, BLUE, "o", False, "not fitted"),
+        (beyond, GREEN, "^", True, f"$N$ = {BEYOND}, beyond the fit"),
+        (~fitted & ~one & ~beyond, BLUE, "o", False, "not fitted"),
     )
     for use, color, marker, filled, label in groups:
         if not use.any():
@@ -149,6 +167,8 @@ def draw(data):
     left.set(xlim=(0, x[1]), ylim=(0, None), xlabel="chain length $N$",
              ylabel=r"$\chi N k_BT / \Delta a$ / $r_c$")  # fmt: skip
     right.set(xlim=(0, x[1]), xlabel="chain length $N$", ylabel=r"$\chi k_BT / \Delta a$ / $r_c$")
+    for axes in (left, right):
+        axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
     low, high = right.get_ylim()
     right.set_ylim(low, high + 0.25 * (high - low))  # room for the legend
     left.legend(loc="upper left")

@@ -6,27 +6,41 @@ import xarray as xr
 from dpd.analysis.collect import first_scene
 from dpd.analysis.statistics import linear_fit, over_replicas
 from dpd.analysis.verdicts import Measured, shown_by
-from dpd.report.style import BLUE, GREEN, ORANGE, RED, panels, points, published_line
-from paper_figures.groot_warren_1997.shared import excess_by
+from dpd.report.style import panels, points, published_line
+from paper_figures.groot_warren_1997.shared import SEGREGATION, excess_by
 
 PUBLISHED = shown_by(__file__)
 ALPHA = PUBLISHED["alpha"].value
 
-TITLE = "Excess pressure of mixtures (rho = 3, a = 25)."
+TITLE = "Excess pressure of mixtures (rho = 3, a = 25; rho = 5, a = 15)."
 PAPER_SHOWS = (
     "Not a figure of the paper: its text says that the excess pressure of mixing is proportional "
     "to x (1 - x), x the fraction of A, and that the prefactor is not simply linear in Delta a = "
-    "a_AB - a from 2 to 5. (a) Excess pressure over that of the pure fluid, with straight lines "
-    "through the origin. (b) Prefactor over rho^2 Delta a, a constant if it were linear; dashed: "
-    f"2 alpha with the published alpha = {ALPHA:g}, which Eq. 21 would have."
+    "a_AB - a from 2 to 5. At rho 5 fluids of Delta a 4 and 5 segregate; there we have 1 to 2.5. "
+    "(a) Excess pressure over that of the pure fluid at rho 3, with straight lines through the "
+    "origin. (b) The same at rho 5. (c) Prefactor over rho^2 Delta a, a constant if it were "
+    f"linear; dashed: 2 alpha with the published alpha = {ALPHA:g}, which Eq. 21 would have."
 )
 SHAPES = {"mixing_shape_eighth": 0.125, "mixing_shape": 0.25, "mixing_shape_three": 0.375}
-COLORS = (BLUE, GREEN, ORANGE, RED)
+MARKERS = "os^D"  # of excess repulsions
+# The sweep of each density, and how the names of its numbers end.
+SWEEPS = {3: ("mixtures", ""), 5: ("mixtures_5", "_rho_5")}
+FOUND = ("mixing", "mixing_error", "prefactor", "prefactor_error", "prefactor_systematic")
+SYSTEM = ("repulsion", "density")
 
 
 def compute(sweeps):
+    """What mixing does to the pressure at both densities."""
+    parts = []
+    for name, end in SWEEPS.values():
+        at = mixing(sweeps[name])
+        parts.append(at.rename({key: f"{key}{end}" for key in (*at.data_vars, "excess")}))
+        parts[-1].attrs = {f"{key}{end}": value for key, value in at.attrs.items()}
+    return xr.merge(parts, combine_attrs="no_conflicts")
+
+
+def mixing(runs):
     """Pressure of mixing over fraction and excess repulsion, and prefactors of x (1 - x)."""
-    runs = sweeps["mixtures"]
     density = float(np.mean(runs.number_density))
     p, error = excess_by(runs, "conservative")
     pure = runs.excess.values == 0  # there A and B are the same: one fluid, run once a fraction
@@ -59,6 +73,15 @@ def compute(sweeps):
     )  # fmt: skip
 
 
+def each(data):
+    """Every density that is there, and what `mixing` has found at it."""
+    for rho, (_, end) in SWEEPS.items():
+        if f"mixing{end}" in data:
+            names = {f"{key}{end}": key for key in ("excess", *FOUND)}
+            at = data[list(names)].rename(names)
+            yield rho, at.assign_attrs({key: data.attrs[f"{key}{end}"] for key in SYSTEM})
+
+
 def slope(x, y, error):
     """Slope of y over x through the origin, its error, and the systematic part of that.
 
@@ -72,7 +95,15 @@ def slope(x, y, error):
 
 
 def measured(data):
-    """The shape in x, and what the prefactor does."""
+    """The shape in x, and what the prefactor does, at each density."""
+    found = dict.fromkeys((name for name in PUBLISHED if name != "alpha"), Measured(np.nan, np.nan))
+    for rho, at in each(data):
+        found |= {f"{name}{SWEEPS[rho][1]}": number for name, number in of_density(at).items()}
+    return found
+
+
+def of_density(data):
+    """The same at one of them."""
     found = {name: over_half(data, x) for name, x in SHAPES.items()}
     low, high = data.isel(excess=0), data.isel(excess=-1)
     change = float(high.prefactor / low.prefactor)
@@ -102,33 +133,37 @@ def over_half(data, x):
 
 def describe(data):
     """What is seen."""
-    first, last = (float(data.prefactor.isel(excess=n)) for n in (0, -1))
+    goes = " and ".join(
+        f"from {float(at.prefactor[0]):.3f} to {float(at.prefactor[-1]):.3f} at density {rho}"
+        for rho, at in each(data)
+    )
     return (
-        "(a) The excess pressure of mixing lies on straight lines through the origin over "
-        "x (1 - x), steeper for larger excess repulsion. (b) Their slope over rho^2 Delta a "
-        f"goes from {first:.3f} to {last:.3f} as Delta a rises, below the dashed line at "
-        f"{2 * ALPHA:g}."
+        "(a) and (b) The excess pressure of mixing lies on straight lines through the origin over "
+        "x (1 - x), steeper for larger excess repulsion. (c) Their slope over rho^2 Delta a goes "
+        f"{goes} as Delta a rises; the dashed line is at {2 * ALPHA:g}."
     )
 
 
 def draw(data):
     """Pressure of mixing over x (1 - x), and the prefactor over excess repulsion."""
-    figure, (left, right) = panels(2)
+    figure, (*left, right) = panels(3)
     product = (data.fraction * (1 - data.fraction)).values
     line = np.array([0, 0.27])
-    for n, color in zip(range(data.sizes["excess"]), COLORS):
-        at = data.isel(excess=n)
-        label = rf"$\Delta a$ = {float(at.excess):g}"
-        points(left, product, at.mixing, at.mixing_error, label, color)
-        slope = float(at.prefactor * at.excess) * data.attrs["density"] ** 2
-        left.plot(line, slope * line, color=color, linewidth=0.8)
-        points(right, at.excess, at.prefactor, at.prefactor_error, None, color)
-    label = rf"$2\alpha$, published $\alpha$ = {ALPHA:g}"
-    published_line(right, [0, 6], [2 * ALPHA] * 2, label)
-    left.set(xlim=(0, 0.27), ylim=(0, None), xlabel=r"$x (1 - x)$",
-             ylabel=r"$p(x) - p(0)$ / ($k_BT$ $r_c^{-3}$)")  # fmt: skip
+    for axes, (rho, at) in zip(left, each(data)):
+        color = SEGREGATION[rho].look.color
+        for one, marker in zip((at.isel(excess=n) for n in range(at.sizes["excess"])), MARKERS):
+            label = rf"$\Delta a$ = {float(one.excess):g}"
+            points(axes, product, one.mixing, one.mixing_error, label, color, marker)
+            slope = float(one.prefactor * one.excess) * at.attrs["density"] ** 2
+            axes.plot(line, slope * line, color=color, linewidth=0.8)
+            points(right, one.excess, one.prefactor, one.prefactor_error, None, color, marker)
+        name = rf"$\rho$ = {rho}, $a$ = {at.attrs['repulsion']:g}"
+        right.plot(at.excess, at.prefactor, color=color, linewidth=0.8, label=name)
+        axes.set(xlim=(0, 0.27), ylim=(0, None), xlabel=r"$x (1 - x)$",
+                 ylabel=r"$p(x) - p(0)$ / ($k_BT$ $r_c^{-3}$)")  # fmt: skip
+        axes.legend(loc="upper left", title=name)
+    published_line(right, [0, 6], [2 * ALPHA] * 2, rf"$2\alpha$, published $\alpha$ = {ALPHA:g}")
     right.set(xlim=(0, 6), ylim=(0, 0.25), xlabel=r"excess repulsion $\Delta a$ $r_c$ / $k_BT$",
               ylabel=r"$[p(x) - p(0)] / [\rho^2 \Delta a\, x (1 - x)]$ / $r_c^4$")  # fmt: skip
-    left.legend(loc="upper left")
     right.legend(loc="lower right")
     return figure
