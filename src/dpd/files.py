@@ -212,13 +212,6 @@ def remove_drafts(path: Path) -> None:
             draft.unlink(missing_ok=True)
 
 
-def remove_temporary() -> None:
-    """Remove the drafts and locks of this process, which is about to end."""
-    for path in list(TEMPORARY):
-        with suppress(OSError):
-            os.unlink(path)
-
-
 def unfinished(path: Path) -> Path:
     """Where a file grows beside its place, with a suffix by which programs know it."""
     return path.with_name(f"{path.stem}.unfinished{path.suffix}")

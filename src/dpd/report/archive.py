@@ -41,14 +41,10 @@ HEAD = """\
 KEY = ["paper", "figure", "quantity"]
 SHOWN = ["z", *KEY, "value", "error", "verdict", "value_b", "error_b", "verdict_b"]
 DRAWS = 400  # of two errors, which say how far their values should differ
-WORST = 10  # rows that are listed
 ROUNDING = 1e-9  # of the square of an error: what is left of one that is systematic
-MEANING = (
-    "z = (a - b) / sqrt(e_a^2 + e_b^2), e being half a 95 % interval over 1.96 without the "
-    "systematic part that both\nstudies share; then what the degrees of freedom (df) predict for "
-    "its rms; flips: verdicts that differ; missing: values\nthat one study alone has, which have "
-    "no verdict."
-)
+MEANING = """\
+z = (a - b) / sqrt(e_a^2 + e_b^2), without what both errors share; its rms beside what their degrees
+of freedom predict; flips: verdicts that differ; missing: values that one study alone has."""
 
 
 def keep(study: str, runs_from: float = math.inf) -> list[Path]:
@@ -63,12 +59,12 @@ def keep(study: str, runs_from: float = math.inf) -> list[Path]:
         every = [read_paper(name, study) for name in read_config()["papers"]]
         return keep_whole(study, results, every, runs_from)
     source = Path(results.verdicts())
-    papers = sorted({row["paper"] for row in read_rows(source)})
     written = [each.stat().st_mtime for each in Path(results.folder).rglob("*.*")]
     took = {"minutes": round((max(written) - min(written)) / 60, 1)}  # where it was made at once
     manifest = manifest_text({"study": study} | took | _made_by())
     contents = {f"{study}/{VERDICTS}": source.read_bytes(), f"{study}/{MANIFEST}": manifest}
-    for paper in papers if variant_of(study)[0] == study else []:
+    of_papers = {row["paper"] for row in read_rows(source)}
+    for paper in sorted(of_papers) if variant_of(study)[0] == study else []:
         for archived in pictures(paper):
             drawn = Path(results.figure(paper, archived.stem, "png"))
             if drawn.is_file():
@@ -145,7 +141,7 @@ def keep_whole(
     figures, rows = {}, []
     contents: dict[str, bytes] = {}
     every = [(each.name, figure) for each in papers for figure in each.figures]
-    drawn = [each for each in every if os.path.isfile(results.figure(*each, "csv"))]
+    drawn = [each for each in every if os.path.isfile(results.figure(*each, "nc"))]
     if not drawn:
         raise UserError(f"{results.folder}: no figure is there to keep; let snakemake make them")
     for paper, figure in every:
@@ -278,7 +274,7 @@ def as_text(rows: pd.DataFrame) -> str:
     """The summary, then the rows that differ most."""
     lines = [summary(rows).to_string(), "", MEANING]
     for title, part in (
-        ("largest |z|", rows.loc[rows.z.abs().nlargest(WORST).index]),
+        ("largest |z|", rows.loc[rows.z.abs().nlargest(10).index]),
         ("verdicts that differ", rows[rows.flip]),
         ("values that one study lacks", rows[rows.missing]),
     ):
