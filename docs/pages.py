@@ -74,8 +74,8 @@ def filled(text: str) -> str:
     link = "[{0}](paper_figures/{0}/README.md)"
 
     def made(block):
-        rows = rows_of_archive(block[2])
-        return f"{block[1]}{rendered('counts.md.j2', rows=rows, link=link)}{block[3]}"
+        tables = [rows_of_archive(study) for study in block[2].split("+")]
+        return f"{block[1]}{rendered('counts.md.j2', tables=tables, link=link)}{block[3]}"
 
     return BLOCK.sub(made, text)
 

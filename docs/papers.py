@@ -36,7 +36,7 @@ def rows_of(paper: str) -> list[Row]:
 def archived_counts(folder: str = "papers") -> str:
     """A table of all papers in Markdown, each with a link to its page."""
     rows = [row for name in read_config()["papers"] for row in rows_of(name)]
-    return rendered("counts.md.j2", rows=rows, link=f'<a href="{folder}/{{0}}.html">{{0}}</a>')
+    return rendered("counts.md.j2", tables=[rows], link=f'<a href="{folder}/{{0}}.html">{{0}}</a>')
 
 
 def write_paper_pages(folder: Path) -> None:

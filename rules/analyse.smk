@@ -26,10 +26,13 @@ rule collect:
         " --runs {params.runs:q} {params.data:q} -o {output:q} 2>&1 | tee -i {log:q}"
 
 
-# A sweep of theory: one job for all points, which take milliseconds to a second each.
+# A sweep of theory: one job for all points, which take milliseconds to a second each, or half a
+# minute where chains grow. What moves beads has a `scene`, and waits for its kernels.
 if CALCULATED:
 
     rule calculate:
+        input:
+            kernels_of_calculations,
         output:
             OUT.sweep("{paper}", "{sweep}"),
         log:

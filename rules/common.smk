@@ -70,6 +70,13 @@ def kernels_of(points, wildcards):
     return [ancient(OUT.compiled(wildcards.paper, name)) for name in sorted(kernels)]
 
 
+def kernels_of_calculations(wildcards):
+    """The same of calculations that move beads."""
+    points = PAPERS[wildcards.paper].theory[wildcards.sweep].points
+    moved = [p._replace(scene=p.scene.scene()) for p in points if hasattr(p.scene, "scene")]
+    return kernels_of(moved, wildcards)
+
+
 def runs_of_sweep(wildcards):
     """Stamps of all runs of a sweep."""
     paper, sweep = wildcards.paper, wildcards.sweep

@@ -57,8 +57,10 @@ def test_what_cannot_be_calculated_is_refused():
     ):
         with pytest.raises(UserError, match=said):
             unfolded({"theory": theory, "axes": {}})
-    with pytest.raises(UserError, match=r"no file paper_figures/liu_2008/calculations\.py; write"):
-        unfold("liu_2008", "fluids", SweepFile(**GIVEN), "sweeps.fluids")
+    with pytest.raises(
+        UserError, match=r"no file paper_figures/nikunen_2007/calculations\.py; write"
+    ):
+        unfold("nikunen_2007", "fluids", SweepFile(**GIVEN), "sweeps.fluids")
 
 
 def test_a_calculation_that_fails_is_one_sentence(monkeypatch):

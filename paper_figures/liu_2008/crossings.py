@@ -28,8 +28,8 @@ PAPER_SHOWS = (
     "a check of ours. F is the core force F_max, C the spring constant, N the chain length."
 )
 ERRORS = "Bars: 95 % intervals of the mean of a Poisson distribution, given the count."
-SYMBOLS = {"force": "F", "stiffness": "C", "length": "N"}
-SYSTEMS = {"sets": "", "melts": "set (1), Fig. 6, ", "rigidity": "N 20, "}
+SYMBOLS = {"force": "F", "stiffness": "C", "length": "N", "r_s": "r_s"}
+SYSTEMS = {"sets": "", "melts": "set (1), Fig. 6, ", "rigidity": "N 20, ", "radius": "N 20, "}
 NAMES = SETS | {"standard": "standard DPD"}
 USED = ["scene", "kT", "crossing_time", "crossings_begun", "beads", "crossings"]
 PAPER_BONDS = PAPER_BEADS * (PAPER_LENGTH - 1) / PAPER_LENGTH

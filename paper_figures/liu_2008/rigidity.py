@@ -4,17 +4,10 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import (
-    COVERAGE,
-    NONE_SEEN,
-    block_mean_and_error,
-    interval,
-    over_replicas,
-)
-from dpd.analysis.structure import blocks_of
+from dpd.analysis.statistics import COVERAGE, NONE_SEEN, interval, over_replicas
 from dpd.analysis.verdicts import AGREE, Measured, shown_by
 from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, panels
-from paper_figures.liu_2008.shared import PAPER_STEP, SETS, closest_contact, share_of_long_bonds
+from paper_figures.liu_2008.shared import PAPER_STEP, SETS, bonds_and_crossings, closest_contact
 
 WARM = shown_by(__file__)["heat_1"].high  # of kT: how far off a proper time step may be
 
@@ -56,7 +49,7 @@ def compute(sweeps):
     contacts, runs, steps, sets, share = (sweeps[name] for name in names)
     runs = runs[[name for name in runs.data_vars if name.startswith(USED)]]
     places = list(np.ndindex(runs.sizes["force"], runs.sizes["stiffness"]))
-    rows = [_bonds(runs.isel(force=i, stiffness=j)) for i, j in places]
+    rows = [bonds_and_crossings(runs.isel(force=i, stiffness=j)) for i, j in places]
     data = xr.Dataset(coords={name: runs[name] for name in ("force", "stiffness")})
     for name, unit in UNITS.items():
         table = np.array([row[name] for row in rows]).reshape(runs.sizes["force"], -1)
@@ -102,32 +95,6 @@ def _heats(sweep):
         },
         {"set": chosen.set.values},
     )
-
-
-def _bonds(at):
-    """Bonds and crossings of a point of the sweep over F_max and C."""
-    scene = first_scene(at)
-    share, share_error = share_of_long_bonds(at)
-    longest, longest_error = block_mean_and_error(blocks_of(at.bond_longest))
-    squares = (at.bond_mean_square - at.bond_mean**2).values.ravel()
-    variance, variance_error = block_mean_and_error(squares)
-    bonds = float(at.beads.sum()) * (1 - 1 / len(scene.molecules[0].beads))
-    looks = scene.steps.sample // scene.observe["bonds"].every
-    kT, kT_error = over_replicas(at.kT.values, at.kT_error.values, -1)
-    return {
-        "longest": float(longest),
-        "longest_error": float(longest_error),
-        "variance": float(variance),
-        "variance_error": float(variance_error),
-        "share": float(share),
-        "share_error": float(share_error),
-        "share_bound": NONE_SEEN / (bonds * looks),
-        "begun": float(at.crossings_begun.sum()),
-        "exposure": bonds * float(at.crossing_time.isel(replica=0).max()),
-        "melt_kT": float(kT),
-        "melt_kT_error": float(kT_error),
-        "rest": scene.data["bond"]["length"],
-    }
 
 
 def _stable(runs):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import block_mean_and_error
+from dpd.analysis.statistics import NONE_SEEN, block_mean_and_error, over_replicas
 from dpd.analysis.structure import blocks_of, contacts
 from dpd.report.style import BLACK, BLUE, GREEN, PURPLE, RED
 
@@ -41,6 +41,27 @@ def share_of_long_bonds(at):
     beyond = length > 2 * first_scene(at).data["bond"]["length"]
     share = blocks_of(at.bond_density)[:, beyond].sum(axis=1) * (length[1] - length[0])
     return block_mean_and_error(share)
+
+
+def bonds_and_crossings(at):
+    """Bonds, crossings and kT of one point of a collected sweep of melts."""
+    scene = first_scene(at)
+    share, share_error = share_of_long_bonds(at)
+    longest, longest_error = block_mean_and_error(blocks_of(at.bond_longest))
+    squares = (at.bond_mean_square - at.bond_mean**2).values.ravel()
+    variance, variance_error = block_mean_and_error(squares)
+    bonds = float(at.beads.sum()) * (1 - 1 / len(scene.molecules[0].beads))
+    looks = scene.steps.sample // scene.observe["bonds"].every
+    kT, kT_error = over_replicas(at.kT.values, at.kT_error.values, -1)
+    return {
+        "longest": float(longest), "longest_error": float(longest_error),
+        "variance": float(variance), "variance_error": float(variance_error),
+        "share": float(share), "share_error": float(share_error),
+        "share_bound": NONE_SEEN / (bonds * looks), "begun": float(at.crossings_begun.sum()),
+        "exposure": bonds * float(at.crossing_time.isel(replica=0).max()),
+        "melt_kT": float(kT), "melt_kT_error": float(kT_error),
+        "rest": scene.data["bond"]["length"],
+    }  # fmt: skip
 
 
 class Contact(NamedTuple):

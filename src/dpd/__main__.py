@@ -33,8 +33,7 @@ def _end(number, frame):
     """End here and now, with nothing left that is half done; a run looks for signals itself."""
     if files := sys.modules.get("dpd.files"):  # which takes time to import
         for path in list(files.TEMPORARY):
-            with suppress(OSError):
-                os.unlink(path)
+            path.unlink(missing_ok=True)
     with suppress(OSError):
         os.write(2, b"error: interrupted\n")
     os._exit(128 + number)

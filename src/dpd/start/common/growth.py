@@ -6,7 +6,7 @@ two that then cross the younger is undone with all that grew after it. Free mono
 so there are spare monomers and spare chains, whose rest is removed at the end.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
@@ -189,6 +189,7 @@ class Growth:
         self.beads = np.zeros_like(self.wanted)  # identities along chains
         self.born = np.zeros_like(self.wanted)  # steps at which beads came to chains
         self.length = np.ones(len(self.kind), np.int64)
+        self.made, self.undone = 0, 0  # bonds
         for c, first in enumerate(self.wanted[:, 0]):
             free = np.flatnonzero((self.chain == FREE) & (self.species == first))
             if not len(free):
@@ -279,9 +280,7 @@ def _random_places(system, count, rng):
 def grown(page: Any, scene: Scene, progress: Callable[[int], object] | None) -> State:
     """Molecules, grown and relaxed; `UserError` where growth stalls or bonds cross."""
     description = start_description(scene)
-    seed, kT = description["seed"], description["kT"]
-    system = start_system(scene, page.polymerize.dt)
-    state = _polymerized(scene, page.polymerize, system, seed, kT, progress)
+    state = _polymerized(scene, page.polymerize, description["seed"], description["kT"], progress)
     if page.relax:
 
         def look(system, state):
@@ -294,13 +293,12 @@ def grown(page: Any, scene: Scene, progress: Callable[[int], object] | None) -> 
                     "force or radius or the bond stiffness, in the scene or in start.forces"
                 )
 
-        interval = max(1, round(LOOK / page.relax.dt))
-        state = relaxed(scene, state, progress, interval, look)
+        state = relaxed(scene, state, progress, max(1, round(LOOK / page.relax.dt)), look)
     # Chains that grow and spare monomers that vanish leave flows across the box, which only
     # viscosity would bring to rest.
-    rng = np.random.default_rng([seed, 1])
-    mass = system.mass_of(state.species)
-    state.velocity = thermal_velocities(state.position.shape, kT, rng, mass)
+    rng = np.random.default_rng([description["seed"], 1])
+    mass = start_system(scene, page.polymerize.dt).mass_of(state.species)
+    state.velocity = thermal_velocities(state.position.shape, description["kT"], rng, mass)
     return state
 
 
@@ -312,10 +310,10 @@ def _crossing(scene, section, position, members, box):
         raise UserError(f"{scene.where}: start.{section}: {problem}") from None
 
 
-def _polymerized(scene, settings, system, seed, kT, progress):
-    """Molecules grown from free monomers."""
-    rng = np.random.default_rng(seed)
-    growth = Growth(scene, settings, rng)
+def rounds(scene: Scene, seed: int, kT: float, progress: Any) -> Iterator[tuple[Growth, State]]:
+    """Let molecules grow from free monomers: what there is after each round, till all are whole."""
+    rng, settings = np.random.default_rng(seed), scene.start.polymerize
+    system, growth = start_system(scene, settings.dt), Growth(scene, settings, rng)
     n, box = len(growth.chain), system.box
     position = _random_places(system, n, rng)
     species = growth.species if len(scene.species) > 1 else None
@@ -329,35 +327,38 @@ def _polymerized(scene, settings, system, seed, kT, progress):
             progress(growth.bonded)
 
     state = growth.moved(state, system, settle, look)
-    begun, best, last_gain = state.step, 0, state.step
-    made, undone = 0, 0
-    while True:
+    complete = False
+    while not (complete and len(growth.finished()) == growth.asked.sum()):
         free = growth.chain[state.identity] == FREE
         mixed = free & (rng.random(len(free)) < settings.interval / settings.mixing)
         position = state.position.copy()
         position[:, mixed] = _random_places(system, int(mixed.sum()), rng)
         state = replace(state, position=position)
-        place = state.by_identity(state.position)
-        made += growth.grow(place, box, state.step, rng)
+        growth.made += growth.grow(state.by_identity(state.position), box, state.step, rng)
         complete = len(growth.finished()) == growth.asked.sum()
         state = growth.moved(state, system, settle if complete else interval, look)
-        undone += growth.undo_crossed(state.by_identity(state.position), box)
+        growth.undone += growth.undo_crossed(state.by_identity(state.position), box)
         look()
-        if complete and len(growth.finished()) == growth.asked.sum():
-            break
-        if made - undone > best:
-            best, last_gain = made - undone, state.step
-        if (state.step - last_gain) * system.dt > STALL:
+        yield growth, state
+
+
+def _polymerized(scene, settings, seed, kT, progress):
+    """Molecules grown from free monomers."""
+    best, last_gain = 0, 0
+    for growth, state in rounds(scene, seed, kT, progress):
+        if growth.made - growth.undone > best:
+            best, last_gain = growth.made - growth.undone, state.step
+        if (state.step - last_gain) * settings.dt > STALL:
             raise UserError(
-                f"{scene.where}: start.polymerize: after {(state.step - begun) * system.dt:.0f} "
+                f"{scene.where}: start.polymerize: after {state.step * settings.dt:.0f} "
                 f"tau no chain grows any more: {growth.bonded} of {growth.target} beads are in "
                 f"chains. Raise start.polymerize.spare (now {settings.spare:g}), initiators (now "
                 f"{settings.initiators:g}) or radius (now {settings.radius:g}), or ask for shorter "
-                f"chains. {undone} bonds were crossed and undone: if that is many, take a larger "
-                "core or stiffer bonds in start.forces"
+                f"chains. {growth.undone} bonds were crossed and undone: if that is many, take a "
+                "larger core or stiffer bonds in start.forces"
             )
     # The finished chains alone, numbered in the scene's order.
     taken = np.concatenate([growth.beads[c, : growth.full[c]] for c in growth.finished()])
     place, velocity = (state.by_identity(x)[:, taken] for x in (state.position, state.velocity))
-    identity = np.arange(len(taken), dtype=np.uint32)
-    return State(place, velocity, None, identity, None if species is None else species[taken], 0)
+    species = None if state.species is None else state.by_identity(state.species)[taken]
+    return State(place, velocity, None, np.arange(len(taken), dtype=np.uint32), species, 0)
