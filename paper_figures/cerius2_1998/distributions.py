@@ -98,7 +98,7 @@ def draw(data):
     gauss = 4 * np.pi * x**2 * (1.5 / (np.pi * square)) ** 1.5 * np.exp(-1.5 * x**2 / square)
     left.plot(x, gauss, color=BLACK, linestyle="--", linewidth=0.8, label="Gaussian chain")
     left.set(
-        xlim=(0, x[-1]), ylim=(0, 1.4 * float(data.ends.max())),
+        xlim=(0, x[-1]), ylim=(0, 1.4 * float(data.ends.max().fillna(1))),
         xlabel="end-to-end distance $R$ / $r_c$", ylabel=r"$P(R)$ / $r_c^{-1}$",
     )  # fmt: skip
     left.legend(loc="upper right")
@@ -109,7 +109,7 @@ def draw(data):
     scale = float(data.bonds.max() / data.g.max())
     right.plot(data.r, scale * data.g, color=BLACK, linestyle=":", label="$g(r)$, scaled")
     right.set(
-        xlim=(0, 2), ylim=(0, 1.5 * float(data.bonds.max())),
+        xlim=(0, 2), ylim=(0, 1.5 * float(data.bonds.max().fillna(1))),
         xlabel="bond length $b$ / $r_c$", ylabel=r"$P(b)$ / $r_c^{-1}$",
     )  # fmt: skip
     right.legend(loc="upper right")

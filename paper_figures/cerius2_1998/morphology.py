@@ -48,8 +48,12 @@ def compute(sweeps):
         {
             "density": (("shown", *axes), values[shown], {"units": "1 / r_c^3"}),
             "shown_time": ("shown", time[shown], {"units": "tau"}),
-            "inside": (("eighth", "frame"), within, {"long_name": "share of A, inside"}),
-            "volume": (("eighth", "frame"), volume, {"long_name": "share of the box, inside"}),
+            "inside": (("eighth", "frame"), within, {"units": "1", "long_name": "of A, inside"}),
+            "volume": (
+                ("eighth", "frame"),
+                volume,
+                {"units": "1", "long_name": "of the box, inside"},
+            ),
             "time": ("frame", time, {"units": "tau"}),
             "fraction": ((), float(values.mean() / total), {"units": "1"}),
             "edge": ("axis", edge, {"units": "r_c"}),

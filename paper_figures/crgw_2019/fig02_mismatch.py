@@ -131,8 +131,9 @@ def draw(data):
         panel.axhspan(-bound, bound, color="0.93", zorder=0)
         panel.axhline(0, color="0.5", linewidth=0.6)
         panel.legend(loc="upper right", ncols=2, handletextpad=0.2, columnspacing=0.8)
-    reach = 1.15 * max(bound, float(np.abs(at.mismatch).max()))
-    axes[0, 0].set(xscale="log", ylim=(-reach, 1.5 * reach))  # legends above the points
+    reach = 1.15 * max(bound, float(np.abs(at.mismatch).max().fillna(0)))
+    axes[0, 0].set(xlim=(3, 300), ylim=(-reach, 1.5 * reach))  # legends above the points
+    axes[0, 0].set_xscale("log")
     for panel in axes[1]:
         panel.set(xlabel="simulated pressure / ($k_BT$ $r_c^{-3}$)")
     for panel in axes[:, 0]:

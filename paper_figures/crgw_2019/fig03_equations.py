@@ -53,6 +53,9 @@ def draw(data):
             label=look.label, markersize=2.5, markerfacecolor="none", markeredgewidth=0.6,
         )  # fmt: skip
     axes.axhline(0, color="0.5", linewidth=0.6)
-    axes.set(xscale="log", xlabel="simulated pressure / ($k_BT$ $r_c^{-3}$)", ylabel="mismatch / %")
+    axes.set(
+        xlim=(3, 300), xlabel="simulated pressure / ($k_BT$ $r_c^{-3}$)", ylabel="mismatch / %"
+    )
+    axes.set_xscale("log")
     axes.legend(loc="upper right")
     return figure

@@ -59,11 +59,11 @@ def keep(study: str, runs_from: float = math.inf) -> list[Path]:
         every = [read_paper(name, study) for name in read_config()["papers"]]
         return keep_whole(study, results, every, runs_from)
     source = Path(results.verdicts())
+    of_papers = {row["paper"] for row in read_rows(source)}
     written = [each.stat().st_mtime for each in Path(results.folder).rglob("*.*")]
     took = {"minutes": round((max(written) - min(written)) / 60, 1)}  # where it was made at once
     manifest = manifest_text({"study": study} | took | _made_by())
     contents = {f"{study}/{VERDICTS}": source.read_bytes(), f"{study}/{MANIFEST}": manifest}
-    of_papers = {row["paper"] for row in read_rows(source)}
     for paper in sorted(of_papers) if variant_of(study)[0] == study else []:
         for archived in pictures(paper):
             drawn = Path(results.figure(paper, archived.stem, "png"))
