@@ -35,7 +35,6 @@ from dpd.start.common.make import system_of
 rendered = partial(rendered_from, folder=Path(__file__).parent)
 TIME = re.compile(r"(<!-- time: (\S+) -->).*?(<!-- end -->)")
 ARCHIVED = "quick"  # study whose time is recorded
-REACH = re.compile(r"two standard errors (?:reach from (\S+) to|of \S+ and of) (\S+)$")
 BLOCK = re.compile(r"(<!-- begin: (\S+) counts -->\n).*?(<!-- end -->)", re.S)
 FLUID = {
     "dimension": 3, "box": 6, "molecules": [{"architecture": "A 2 B 2", "count": 162}],
@@ -139,8 +138,7 @@ def _missing(study, paper):
 def _open_rows(paper, rows):
     """Rows that the long study leaves open, each with the core-hours that would decide it.
 
-    Errors fall with the root of a run's length, and bounds with the length. What lacks an error, or
-    follows no law, has no such estimate.
+    Errors by sampling fall with the root of a run's length, and bounds with the length.
     """
     runs, table = archive.runs_of(LONG_STUDY), []
     for row in [row for row in rows if row["mark"] == "n"]:
@@ -148,12 +146,17 @@ def _open_rows(paper, rows):
         folders = tuple(f"{paper.name}/runs/{sweep}/" for sweep in sweeps)
         hours = runs.seconds[runs.index.str.startswith(folders)].sum() / 3600
         apart = abs(entry["deviation_sigma"]) * entry["error"]  # from the end of a range
-        if reach := REACH.search(entry["note"]):
-            apart = abs(float(reach[1] or entry["value"]) - float(reach[2]))
-        longer = (AGREE * entry["error"] / apart) ** 2 if apart else math.nan
-        if "an upper bound" in entry["note"]:
-            longer = entry["value"] / float(entry["published"].strip("<> "))
-        table.append((row, "–" if math.isnan(longer) else f"{longer * hours:.2g}"))
+        if row["number"] is not None:  # it and ours must be told from the rival
+            rival = 0.0 if math.isnan(entry["rival"]) else entry["rival"]
+            apart = min(abs(row["number"] - rival), abs(entry["value"] - rival))
+        systematic, longer = entry["systematic"] ** 2, math.nan
+        left = (apart / AGREE) ** 2 - systematic  # for what more sampling lowers
+        if math.isfinite(entry["resolution"]) and left > 0:
+            longer = (entry["error"] ** 2 - systematic) / left
+        elif "an upper bound" in entry["note"] and entry["published"].startswith("<"):
+            longer = entry["value"] / float(entry["published"].strip("< "))
+        known = hours > 0 and math.isfinite(longer)
+        table.append((row, f"{longer * hours:.2g}" if known else "–"))
     return table
 
 

@@ -146,10 +146,11 @@ def describe(data):
 
 def draw(data):
     """Pressure of mixing over x (1 - x), and the prefactor over excess repulsion."""
-    figure, (*left, right) = panels(3)
+    there = list(each(data))
+    figure, (*left, right) = panels(len(there) + 1)
     product = (data.fraction * (1 - data.fraction)).values
     line = np.array([0, 0.27])
-    for axes, (rho, at) in zip(left, each(data)):
+    for axes, (rho, at) in zip(left, there):
         color = SEGREGATION[rho].look.color
         for one, marker in zip((at.isel(excess=n) for n in range(at.sizes["excess"])), MARKERS):
             label = rf"$\Delta a$ = {float(one.excess):g}"

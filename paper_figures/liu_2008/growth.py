@@ -42,9 +42,7 @@ def describe(data):
     """What is seen, in words."""
     bare = zip(data.length.values, data.at_end.isel(spare=0).values)
     shares = ", ".join(f"{100 * share:.0f} % at N {length}" for length, share in bare)
-    return (
-        f"Longer chains are whole later. Without spare monomers those whole at the end: {shares}."
-    )
+    return f"Chains that are whole at the end without spare monomers: {shares}."
 
 
 def draw(data):

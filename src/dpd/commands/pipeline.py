@@ -22,7 +22,7 @@ DATA = option(
 @command(
     option("--study", help="if not that of config/config.yaml"),
     option("--papers", nargs="+", help="if not those of config/config.yaml"),
-    option("--cores", type=positive, default=2, help="cores to share it (default 2)"),
+    option("--cores", type=int, default=2, help="cores to share it (default 2)"),
 )
 def plan(options: Namespace) -> None:
     """Say what a study costs, by the rates of runs that are there."""
@@ -32,6 +32,8 @@ def plan(options: Namespace) -> None:
     given = {"study": options.study, "papers": options.papers}
     config = read_config({key: value for key, value in given.items() if value})
     papers = [read_paper(name, config["study"]) for name in config["papers"]]
+    if options.cores < 1:
+        raise UserError(f"--cores: {options.cores} is out of range; allowed: >= 1")
     print(as_text(plan(papers, config["study"], config["batch"]), options.cores))
 
 

@@ -154,7 +154,7 @@ def _kept(scene):
     return (state + kept) / 1e6
 
 
-def as_text(rows: Sequence[Mapping[str, Any]], cores: float) -> str:
+def as_text(rows: Sequence[Mapping[str, Any]], cores: int) -> str:
     """The plan as a table with a sum; a rate that is not measured stands in brackets."""
     import pandas as pd
 
@@ -173,7 +173,7 @@ def as_text(rows: Sequence[Mapping[str, Any]], cores: float) -> str:
     text = (
         f"{shown.to_string(index=False, formatters=formats, float_format='%.1f')}\n"
         f"{table.runs.sum()} runs in {table.jobs.sum()} jobs: {total:.2f} core-hours, "
-        f"{f'{60 * hours:.0f} minutes' if hours < 2 else f'{hours:.1f} hours'} on {cores:g} cores; "
+        f"{f'{60 * hours:.0f} minutes' if hours < 2 else f'{hours:.1f} hours'} on {cores} cores; "
         f"{table.disk.sum():.0f} MB of results at most, without trajectories"
     )
     if table.measured.all():

@@ -40,10 +40,7 @@ def write_page(
     """Write the report of a study, from its figures so far, beside verdicts of an archived one."""
     results = Results(str(folder))
     figures = [(paper.name, name) for paper in papers for name in paper.figures]
-    made = [
-        each for each in figures
-        if os.path.isfile(results.figure(*each, "csv"))
-    ]  # fmt: skip
+    made = [each for each in figures if os.path.isfile(results.figure(*each, "csv"))]
     done = len(made) == len(figures)
     rows = verdicts.verdict_rows(
         verdicts.read_rows(*(results.figure(*each, "csv") for each in made)),

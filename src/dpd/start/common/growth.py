@@ -344,13 +344,13 @@ def rounds(scene: Scene, seed: int, kT: float, progress: Any) -> Iterator[tuple[
 
 def _polymerized(scene, settings, seed, kT, progress):
     """Molecules grown from free monomers."""
-    best, last_gain = 0, 0
+    best, last_gain = 0, SETTLE / settings.dt
     for growth, state in rounds(scene, seed, kT, progress):
         if growth.made - growth.undone > best:
             best, last_gain = growth.made - growth.undone, state.step
         if (state.step - last_gain) * settings.dt > STALL:
             raise UserError(
-                f"{scene.where}: start.polymerize: after {state.step * settings.dt:.0f} "
+                f"{scene.where}: start.polymerize: after {state.step * settings.dt - SETTLE:.0f} "
                 f"tau no chain grows any more: {growth.bonded} of {growth.target} beads are in "
                 f"chains. Raise start.polymerize.spare (now {settings.spare:g}), initiators (now "
                 f"{settings.initiators:g}) or radius (now {settings.radius:g}), or ask for shorter "
