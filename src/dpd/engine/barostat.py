@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from dpd.engine.neighbours import CUTOFF
 from dpd.engine.space import wrapped
 from dpd.engine.state import CONSERVATIVE, State, Sums, System
 from dpd.errors import UserError
 from dpd.physics.pressure import Look, Pressure, draw
 
 Box = tuple[float, ...]
-CUTOFF = 1.0
 MOST_TIMES = 10.0  # larger or smaller than the box of the system a box may become
 
 

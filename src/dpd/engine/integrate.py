@@ -276,18 +276,18 @@ def exchange_momentum(beads, cached, exchange, mass, pairs, plan, keys):
     """
     v, identity, species = beads.velocity, beads.identity, beads.species
     dt, edges = plan.dt, plan.edges
-    drag, theta, low, high = cached.drag, pairs.theta, pairs.low, pairs.high
+    drag, theta, of_i, of_j = cached.drag, pairs.theta, pairs.of_i, pairs.of_j
     swapped = Keys(keys.second, keys.first)  # numbers that the noise has not drawn
     count = np.uint64(cached.phase[len(cached.phase) - 1])
     for first in range(np.uint64(0), count, PAIRS_AT_ONCE):
         n = min(PAIRS_AT_ONCE, count - first)
         for p in range(n):
-            a, b = identity[cached.ends[0, first + p]], identity[cached.ends[1, first + p]]
-            low[p], high[p] = min(a, b), max(a, b)
+            of_i[p] = identity[cached.ends[0, first + p]]
+            of_j[p] = identity[cached.ends[1, first + p]]
         if exchange.gaussian or exchange.kind != SHARDLOW:
-            gaussian_noise(theta, low, high, n, keys)
+            gaussian_noise(theta, of_i, of_j, n, keys)
         else:
-            uniform_noise(theta, low, high, n, keys)
+            uniform_noise(theta, of_i, of_j, n, keys)
         for p in range(n):
             q = first + p
             i, j = cached.ends[0, q], cached.ends[1, q]
@@ -298,7 +298,7 @@ def exchange_momentum(beads, cached, exchange, mass, pairs, plan, keys):
                 continue
             root = np.sqrt(square)
             rate = exchange.gamma * share_of_pair(exchange.shares, species, i, j)
-            drawn = PER_WORD * pair_word(low[p], high[p], swapped) < rate * dt
+            drawn = PER_WORD * pair_word(of_i[p], of_j[p], swapped) < rate * dt
             if mass is None:
                 kick = 0.5 * change(exchange, u / root, square * dt, theta[p], drawn) / root
                 push_apart(v, i, j, kick, drag, q, edges)

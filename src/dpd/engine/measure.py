@@ -15,12 +15,11 @@ from dpd.engine.neighbours import (
     next_pairs,
     pair_buffers,
 )
-from dpd.engine.rows import empty_rows, rows_of
+from dpd.engine.rows import aligned, rows_of
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
 
 SMALLEST_CELL = 0.5  # r_c; smaller cells only cost memory
-CUTOFF = 1.0
 CHUNK = 256  # beads that are worked on together: their waves along each axis stay in cache
 
 
@@ -36,7 +35,7 @@ class Sorted(NamedTuple):
 def sorted_beads(position: np.ndarray, box: Sequence[float], cutoff: float) -> Sorted:
     """Positions inside the box, to be searched for pairs nearer than a cutoff in r_c."""
     x, edges, grid = rows_of(position), space.edges_of(box), space.grid_of(box, cutoff)
-    ordered, bead, slide = empty_rows(*x.shape), np.empty(len(x), np.uint32), space.slide_of(box)
+    ordered, bead, slide = aligned(x.shape), np.empty(len(x), np.uint32), space.slide_of(box)
     cells = space.cell_buffers(grid, len(x), 1)
     _sort(x, ordered, bead, cells, grid.shape, edges, slide)
     line = line_buffers(grid, int(longest_line(cells.most, grid)))

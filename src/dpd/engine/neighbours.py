@@ -20,6 +20,8 @@ from dpd.engine.threads import BLOCKS, next_task
 from dpd.jit import WIDE, inlined
 
 U0, U1, FULL = np.uint64(0), np.uint64(1), np.uint64(rows.LANES)
+ALL, FOUR = np.uint64(2**64 - 1), np.uint64(rows.FOUR)
+CUTOFF = 1.0  # of forces
 PAIRS_AT_ONCE = np.uint64(256)  # pairs that are worked on together: their buffers stay in cache
 CANDIDATES = np.uint64(256)  # of a bead that are looked at together: whole words
 WORD = np.uint64(64)  # candidates that leave their bits in one word
@@ -48,9 +50,9 @@ class Pairs(NamedTuple):
     force_over_r: np.ndarray
     conservative_over_r: np.ndarray  # where it is measured
     weight_over_r: np.ndarray
-    # (size,) uint32: the smaller and the larger of the two identities
-    low: np.ndarray
-    high: np.ndarray
+    # (size,) uint32: the two identities; before, the image of j in `of_j`
+    of_i: np.ndarray
+    of_j: np.ndarray
 
 
 class Line(NamedTuple):
@@ -87,15 +89,15 @@ class Search(NamedTuple):
 
 def pair_buffers(dimension: int) -> Pairs:
     size = int(PAIRS_AT_ONCE + CANDIDATES + FULL)
-    slots = {name: np.empty(size, np.uint32) for name in ("i", "j", "low", "high")}
+    slots = {name: np.empty(size, np.uint32) for name in ("i", "j", "of_i", "of_j")}
     numbers = {name: np.empty(size) for name in Pairs._fields if name not in slots}
     return Pairs(**numbers | slots | {"separation": np.empty((dimension, size))})
 
 
 def line_buffers(grid: Grid, size: int) -> Line:
     return Line(
-        np.empty((len(grid.shape), size), np.float32),
-        np.empty(size, np.uint32),
+        rows.aligned((len(grid.shape), size), np.float32),
+        rows.aligned((size,), np.uint32),
         np.empty((int(GROUP), 4), np.uint64),
     )
 
@@ -104,7 +106,7 @@ def line_buffers(grid: Grid, size: int) -> Line:
 def longest_line(most, grid):
     """Places on a line at most, after a sort, with what is written beyond its end."""
     cells = grid.base.shape[1] * (min(TOGETHER, grid.shape[len(grid.shape) - 1]) + 2)
-    return cells * most[0] + int64(ENOUGH + FULL + FULL)
+    return (cells * most[0] + int64(ENOUGH + FULL + FULL + FULL)) // int64(FULL) * int64(FULL)
 
 
 @inlined()
@@ -168,7 +170,7 @@ def line_up(slot, end, cell, search):
             stretch[lined, FIRST], stretch[lined, SLOT], stretch[lined, AFTER] = n, slot, after
             n = append_stretch(cell, row, level, width, n, search)
             stretch[lined, LAST] = n
-            n += FULL
+            n = (n + FULL - U1) // FULL * FULL
             lined += U1
             slot = after
         cell += width
@@ -179,16 +181,18 @@ def line_up(slot, end, cell, search):
 
 
 @inlined()
-def find_partners(bead, begin, end, limit, line, found, n, edges):
+def find_partners(bead, begin, end, later, limit, line, found, n, edges):
     """Add those from ``begin`` to ``end`` of the line that are near to ``n`` found; return those.
 
-    Where there is no instruction for that, each leaves a bit; bits are read off some at a time, as
-    one branch for each would often be foreseen wrongly.
+    Of the first ones those whose bit in ``later`` is 0 are left out: the bead itself, and beads
+    before it. Where there is no instruction to pack, each that is near leaves a bit; bits are read
+    off some at a time, as one branch for each would often be foreseen wrongly.
     """
     position, slot = line.position, line.slot
     if WIDE:
         for t in range(begin, end, FULL):
-            bits = rows.near(position, edges, bead, t, limit)
+            bits = rows.near(position, edges, bead, t, limit) & later
+            later = ALL
             rows.pack(found, n, slot, t, bits)
             n += rows.popcount(bits)
         return n
@@ -196,6 +200,8 @@ def find_partners(bead, begin, end, limit, line, found, n, edges):
         bits = U0
         for t in range(U0, min(WORD, end - first), FULL):
             bits |= rows.near(position, edges, bead, first + t, limit) << t
+        bits &= later
+        later = ALL
         at, count = n, rows.popcount(bits)
         while bits != U0:
             for t in range(AT_ONCE):
@@ -219,11 +225,14 @@ def place_of_piece(piece, pieces, start, levels):
 
 
 @inlined()
-def next_pairs(at, end, x, search, cutoff):
+def next_slots(at, end, search, cutoff):
     """Find some more pairs closer than the cutoff, or hardly further, up to the slot ``end``.
 
-    There a row ends. Positions are sorted by cell, inside the box. Return where to go on, and how
-    many were found: `PAIRS_AT_ONCE` or some more, or all that were left.
+    There a row ends. Beads are sorted by cell, inside the box. Return where to go on, and how many
+    were found: `PAIRS_AT_ONCE` or some more, or all that were left; j is left with its image.
+
+    All beads of a stretch look at whole vectors from where it begins, as many each: how often a
+    loop turns is then foreseen.
     """
     line, pairs, edges = search.line, search.pairs, search.edges
     largest = cutoff
@@ -239,11 +248,14 @@ def next_pairs(at, end, x, search, cutoff):
         first, after = line.stretch[done, SLOT], line.stretch[done, AFTER]
         place, last = line.stretch[done, FIRST], line.stretch[done, LAST]
         while n < PAIRS_AT_ONCE and slot < after:
-            bead, before = place + (slot - first), n
-            begin = max(candidate, bead + U1)
+            offset, before = slot - first, n
+            begin, later = candidate, ALL
+            if candidate == U0:
+                begin, later = place + offset // FULL * FULL, ALL << (offset % FULL) << U1
             until = min(begin + CANDIDATES, last)
-            n = find_partners(bead, begin, until, limit, line, pairs.j, n, edges)
-            for t in range(before, n, FULL):
+            n = find_partners(place + offset, begin, until, later, limit, line, pairs.j, n, edges)
+            rows.count_lanes(pairs.i, before, uint32(slot), uint32(0))
+            for t in range(before + FULL, n, FULL):
                 rows.count_lanes(pairs.i, t, uint32(slot), uint32(0))
             candidate = until
             if until >= last:
@@ -251,39 +263,72 @@ def next_pairs(at, end, x, search, cutoff):
                 candidate = U0
         if slot == after:
             done += U1
-    separate(pairs, n, x, search.grid.move, edges, search.slide)
     return Place(slot, candidate, cell, done, lined), n
 
 
 @inlined()
-def separate(pairs, n, x, move, edges, slide):
-    """Take slots and images apart, and fill in the separations."""
-    i, j, separation = pairs.i, pairs.j, pairs.separation
+def next_pairs(at, end, x, search, cutoff):
+    """The same, with slots of j and separations."""
+    at, n = next_slots(at, end, search, cutoff)
+    i, j, image, move = search.pairs.i, search.pairs.j, search.pairs.of_j, search.grid.move
+    fill_up(i, j, n)
+    for p in range(n + FOUR):
+        image[p] = j[p] >> uint32(IMAGE)
+        j[p] &= OF_SLOT
+    for p in range(U0, n, FOUR):
+        rows.apart_to_columns(search.pairs.separation, p, x, i, j, search.edges, move, image)
+    take_aside(search.pairs, n, x, move, search.edges, search.slide)
+    return at, n
+
+
+@inlined(given="slide")
+def take_aside(pairs, n, x, move, edges, slide):
+    """Move beads j along the flow to their images where these have slid."""
     for p in range(n):
-        image, s = j[p] >> uint32(IMAGE), j[p] & OF_SLOT
-        rows.apart_to_column(separation, p, x, i[p], s, move, image, edges)
-        if slide is not None:
-            aside = slide.tilt[0] * move[image, slide.gradient] + edges[slide.flow] * (
-                boxes_along(x, i[p], edges, slide) - boxes_along(x, s, edges, slide)
-            )
-            separation[slide.flow, p] -= aside
-        j[p] = s
+        aside = slide.tilt[0] * move[pairs.of_j[p], slide.gradient] + edges[slide.flow] * (
+            boxes_along(x, pairs.i[p], edges, slide) - boxes_along(x, pairs.j[p], edges, slide)
+        )
+        pairs.separation[slide.flow, p] -= aside
+
+
+@inlined()
+def fill_up(i, j, n):
+    """Let what is read beyond ``n`` pairs be slots."""
+    rows.count_lanes(i, n, uint32(0), uint32(0))
+    rows.count_lanes(j, n, uint32(0), uint32(0))
 
 
 @inlined()
 def near_pairs(at, end, x, search, cutoff):
     """The same with those alone that are closer than the cutoff, as observables want them."""
     at, n = next_pairs(at, end, x, search, cutoff)
-    i, j, separation, kept = search.pairs.i, search.pairs.j, search.pairs.separation, U0
+    return at, keep_near(search.pairs, n, cutoff * cutoff, search.edges)
+
+
+@inlined()
+def keep_near(pairs, n, limit, edges):
+    """Keep those of ``n`` pairs whose squared distance is below a limit; return how many."""
+    i, j, separation, kept = pairs.i, pairs.j, pairs.separation, U0
+    if WIDE:
+        for p in range(n, n + FULL):
+            separation[0, p] = np.inf
+        for p in range(U0, n, FULL):
+            bits = rows.shorter(separation, edges, p, limit)
+            for k in range(len(edges)):
+                rows.pack(separation[k], kept, separation[k], p, bits)
+            rows.pack(i, kept, i, p, bits)
+            rows.pack(j, kept, j, p, bits)
+            kept += rows.popcount(bits)
+        return kept
     for p in range(n):
         r2 = 0.0
-        for k in range(len(search.edges)):
+        for k in range(len(edges)):
             r2 += separation[k, p] * separation[k, p]
             separation[k, kept] = separation[k, p]
         i[kept], j[kept] = i[p], j[p]
-        if r2 < cutoff * cutoff:
+        if r2 < limit:
             kept += U1
-    return at, kept
+    return kept
 
 
 class Listed(NamedTuple):
@@ -320,12 +365,12 @@ def list_pairs(team, x, search, reach, listed):
             for q in range(piece[block], piece[block + 1]):
                 at, end = place_of_piece(q, pieces, start, levels)
                 while at.slot < end:
-                    at, some = next_pairs(at, end, x, search, reach)
+                    at, some = next_slots(at, end, search, reach)
                     n = np.int64(some)
                     if total + n <= pairs.shape[1]:
                         for p in range(n):
                             pairs[0, total + p] = i[p]
-                            pairs[1, total + p] = j[p]
+                            pairs[1, total + p] = j[p] & OF_SLOT
                     total += n
             listed.block[count] = block
             count += 1
@@ -337,17 +382,16 @@ def list_pairs(team, x, search, reach, listed):
 
 @inlined()
 def listed_pairs(first, end, x, slots, search):
-    """Fill the pairs with some of the list from ``first`` to ``end``; return how many.
+    """Fill the pairs with some of the list, without those in the skin.
 
-    Those in the skin feel no force; to leave them out takes longer than to calculate that.
+    From ``first`` to ``end``; return where to go on, and how many there are.
     """
     n, start = np.uint64(min(np.int64(PAIRS_AT_ONCE), end - first)), np.uint64(first)
     i, j, separation = search.pairs.i, search.pairs.j, search.pairs.separation
     for p in range(n):
-        i[p] = slots[0, start + p]
-        j[p] = slots[1, start + p]
-    for p in range(n):
-        for k in range(len(search.edges)):
-            separation[k, p] = x[i[p], k] - x[j[p], k]
+        i[p], j[p] = slots[0, start + p], slots[1, start + p]
+    fill_up(i, j, n)
+    for p in range(U0, n, FOUR):
+        rows.apart_to_columns(separation, p, x, i, j, search.edges, None, None)
     rows.nearest_images(separation, n, search.edges, search.slide)
-    return n
+    return first + np.int64(n), keep_near(search.pairs, n, CUTOFF * CUTOFF, search.edges)

@@ -5,9 +5,12 @@ stores a row at once is written out in LLVM's own instructions, with what runs u
 NUMBA_DISABLE_JIT=1 before it.
 """
 
+import math
+from typing import Any
+
 import numpy as np
 from llvmlite import ir
-from numba import types
+from numba import types, uint64
 from numba.core import cgutils
 from numba.np.arrayobj import populate_array
 
@@ -15,6 +18,7 @@ from dpd.jit import inlined, intrinsic_for
 
 CACHE_LINE = 64  # bytes
 LANES = 16  # places that instructions for lines take at a time
+FOUR = 4  # pairs whose rows are turned into columns together
 
 
 def rows_of(array: np.ndarray) -> np.ndarray:
@@ -24,18 +28,19 @@ def rows_of(array: np.ndarray) -> np.ndarray:
     processors load and store at once, is one access, where three arrays would be three.
     """
     dimension, beads = array.shape
-    rows = empty_rows(beads, row_width(dimension))
+    rows = aligned((beads, row_width(dimension)))
     for k in range(dimension):  # twice as fast as all at once
         rows[:, k] = array[k]
     rows[:, dimension:] = 0.0
     return rows
 
 
-def empty_rows(beads: int, width: int) -> np.ndarray:
-    """An array of rows that begins where a line of the cache does: no row lies in two."""
-    memory = np.empty(beads * width + CACHE_LINE // 8)
-    first = -memory.ctypes.data % CACHE_LINE // 8
-    return memory[first : first + beads * width].reshape(beads, width)
+def aligned(shape: tuple[int, ...], kind: Any = np.float64) -> np.ndarray:
+    """An array that begins where a line of the cache does: of narrow rows, none lies in two."""
+    size, width = math.prod(shape), np.dtype(kind).itemsize
+    memory = np.empty(size + CACHE_LINE // width, kind)
+    first = -memory.ctypes.data % CACHE_LINE // width
+    return memory[first : first + size].reshape(shape)
 
 
 def axes_of(rows: np.ndarray, dimension: int) -> np.ndarray:
@@ -104,28 +109,90 @@ def copy_row(typing, target, s, source, i, edges):
     return types.none(target, s, source, i, edges), code
 
 
-def _apart_to_column(target, p, x, i, j, move, m, edges):
-    for k in range(len(edges)):
-        target[k, p] = x[i, k] - (x[j, k] + move[m, k])
+def _four(context, builder, array_type, array, p):
+    """Four entries of an array with one axis."""
+    made = context.make_array(array_type)(context, builder, array)
+    places = [builder.add(p, ir.Constant(p.type, q)) for q in range(FOUR)]
+    return [builder.load(builder.gep(made.data, [place])) for place in places]
 
 
-@intrinsic_for(_apart_to_column)
-def apart_to_column(typing, target, p, x, i, j, move, m, edges):
-    """Make row i minus row j, moved by row m of another array, column p of ``target``."""
+def _as_four(builder, pointer):
+    """A pointer to a number as one to four."""
+    return builder.bitcast(pointer, ir.VectorType(ir.DoubleType(), FOUR).as_pointer())
+
+
+def _column_of_four(builder, rows, k):
+    """Entry k of four rows."""
+    column = ir.Constant(ir.VectorType(ir.DoubleType(), FOUR), ir.Undefined)
+    for q, row in enumerate(rows):
+        entry = builder.extract_element(row, cgutils.int32_t(k))
+        column = builder.insert_element(column, entry, cgutils.int32_t(q))
+    return column
+
+
+def _apart_to_columns(target, p, x, i, j, edges, move, m):
+    for q in range(int(p), int(p) + FOUR):
+        for k in range(len(edges)):
+            target[k, q] = x[i[q], k] - (x[j[q], k] + (0.0 if move is None else move[m[q], k]))
+
+
+@intrinsic_for(_apart_to_columns)
+def apart_to_columns(typing, target, p, x, i, j, edges, move, m):
+    """Make rows i minus rows j, these moved by rows m, columns p to p + 3 of ``target``.
+
+    i, j and m are arrays, read from p on. Four at a time, as that takes fewer instructions than
+    entry by entry.
+    """
     vector = _row_vector(edges)
 
     def code(context, builder, signature, arguments):
-        target_array, p, rows, i, j, move_array, m, _ = arguments
-        ours = builder.load(_row(context, builder, x, rows, i, vector), align=8)
-        theirs = builder.load(_row(context, builder, x, rows, j, vector), align=8)
-        by = builder.load(_row(context, builder, move, move_array, m, vector), align=8)
-        apart = builder.fsub(ours, builder.fadd(theirs, by))
-        column = _column(context, builder, target, target_array, p, len(edges))
-        for k, entry in enumerate(column):
-            builder.store(builder.extract_element(apart, cgutils.int32_t(k)), entry)
+        target_array, p, *arrays, _, move_array, m_array = arguments
+
+        def loaded(kind, array, places_type, places):
+            for place in _four(context, builder, places_type, places, p):
+                yield builder.load(_row(context, builder, kind, array, place, vector), align=8)
+
+        ours, theirs = (list(loaded(x, arrays[0], *each)) for each in zip((i, j), arrays[1:]))
+        if move is not types.none:
+            theirs = map(builder.fadd, theirs, loaded(move, move_array, m, m_array))
+        apart = [builder.fsub(*both) for both in zip(ours, theirs)]
+        for k, entry in enumerate(_column(context, builder, target, target_array, p, len(edges))):
+            builder.store(_column_of_four(builder, apart, k), _as_four(builder, entry), align=8)
         return context.get_dummy_value()
 
-    return types.none(target, p, x, i, j, move, m, edges), code
+    return types.none(target, p, x, i, j, edges, move, m), code
+
+
+def _differences_along(target, p, rows, i, j, along, edges):
+    for q in range(int(p), int(p) + FOUR):
+        target[q] = sum((rows[i[q], k] - rows[j[q], k]) * along[k, q] for k in range(len(edges)))
+
+
+@intrinsic_for(_differences_along)
+def differences_along(typing, target, p, rows, i, j, along, edges):
+    """Fill p to p + 3 of the target with products of rows i minus rows j and columns."""
+    vector = _row_vector(edges)
+
+    def code(context, builder, signature, arguments):
+        target_array, p, array, *slots, along_array, _ = arguments
+        ours, theirs = (
+            [
+                builder.load(_row(context, builder, rows, array, place, vector), align=8)
+                for place in _four(context, builder, kind, each, p)
+            ]
+            for kind, each in zip((i, j), slots)
+        )
+        apart = [builder.fsub(*both) for both in zip(ours, theirs)]
+        total = ir.Constant(ir.VectorType(ir.DoubleType(), FOUR), [0.0] * FOUR)
+        for k, entry in enumerate(_column(context, builder, along, along_array, p, len(edges))):
+            column = builder.load(_as_four(builder, entry), align=8)
+            product = builder.fmul(_column_of_four(builder, apart, k), column, flags=["contract"])
+            total = builder.fadd(total, product, flags=["contract", "nsz"])
+        made = context.make_array(target)(context, builder, target_array)
+        builder.store(total, _as_four(builder, builder.gep(made.data, [p])), align=8)
+        return context.get_dummy_value()
+
+    return types.none(target, p, rows, i, j, along, edges), code
 
 
 def _difference_along(rows, i, j, along, p, edges):
@@ -200,10 +267,10 @@ def lowest(typing, word):
     return word(word), code
 
 
-def _lanes(context, builder, array_type, array, first):
-    """Pointer to `LANES` entries of an array with one axis as a vector."""
+def _lanes(context, builder, array_type, array, first, lanes=LANES):
+    """Pointer to some entries of an array with one axis as a vector."""
     made = context.make_array(array_type)(context, builder, array)
-    vector = ir.VectorType(context.get_data_type(array_type.dtype), LANES)
+    vector = ir.VectorType(context.get_data_type(array_type.dtype), lanes)
     return builder.bitcast(builder.gep(made.data, [first]), vector.as_pointer())
 
 
@@ -284,6 +351,30 @@ def near(typing, position, edges, place, first, limit):
     return types.uint64(position, edges, place, first, types.float32), code
 
 
+def _shorter(apart, edges, first, limit):
+    first = int(first)
+    nearer = (apart[:, first : first + LANES] ** 2).sum(axis=0) < limit
+    return np.uint64(sum(1 << t for t in np.flatnonzero(nearer)))
+
+
+@intrinsic_for(_shorter)
+def shorter(typing, apart, edges, first, limit):
+    """Which of `LANES` separations from ``first`` on are shorter than sqrt(limit)."""
+
+    def code(context, builder, signature, arguments):
+        array, _, first, limit = arguments
+        vector = ir.VectorType(ir.DoubleType(), LANES)
+        square = ir.Constant(vector, [0.0] * LANES)
+        for entry in _column(context, builder, apart, array, first, len(edges)):
+            along = builder.load(builder.bitcast(entry, vector.as_pointer()), align=8)
+            squared = builder.fmul(along, along, flags=["contract"])
+            square = builder.fadd(square, squared, flags=["contract"])
+        hit = builder.fcmp_ordered("<", square, _all_lanes(builder, limit))
+        return builder.zext(builder.bitcast(hit, ir.IntType(LANES)), ir.IntType(64))
+
+    return types.uint64(apart, edges, first, types.float64), code
+
+
 def _pack(target, to, source, first, bits):
     chosen = [source[int(first) + t] for t in range(LANES) if int(bits) >> t & 1]
     target[int(to) : int(to) + len(chosen)] = chosen
@@ -291,21 +382,27 @@ def _pack(target, to, source, first, bits):
 
 @intrinsic_for(_pack)
 def pack(typing, target, to, source, first, bits):
-    """Copy those of `LANES` slots whose bits are set; what follows them in the target is lost."""
+    """Copy those of `LANES` entries whose bits are set; what follows them in the target is lost."""
+    size = source.dtype.bitwidth // 8
+    lanes = CACHE_LINE // size  # of a vector: all, or half of them
 
     def code(context, builder, signature, arguments):
         there, to, given, first, bits = arguments
-        kind = ir.VectorType(ir.IntType(32), LANES)
-        chosen = ir.VectorType(ir.IntType(1), LANES)
+        kind = ir.VectorType(context.get_data_type(source.dtype), lanes)
+        chosen = ir.VectorType(ir.IntType(1), lanes)
         compress = cgutils.get_or_insert_function(
-            builder.module,
-            ir.FunctionType(kind, [kind, chosen, kind]),
-            f"llvm.experimental.vector.compress.v{LANES}i32",
-        )
-        entries = builder.load(_lanes(context, builder, source, given, first), align=4)
-        mask = builder.bitcast(builder.trunc(bits, ir.IntType(LANES)), chosen)
-        packed = builder.call(compress, [entries, mask, ir.Constant(kind, ir.Undefined)])
-        builder.store(packed, _lanes(context, builder, target, there, to), align=4)
+            builder.module, ir.FunctionType(kind, [kind, chosen, kind]),
+            f"llvm.experimental.vector.compress.v{lanes}{'i32' if size == 4 else 'f64'}",
+        )  # fmt: skip
+        for _ in range(LANES // lanes):
+            some = builder.trunc(bits, ir.IntType(lanes))
+            entries = builder.load(_lanes(context, builder, source, given, first, lanes), align=4)
+            mask = builder.bitcast(some, chosen)
+            packed = builder.call(compress, [entries, mask, ir.Constant(kind, None)])
+            builder.store(packed, _lanes(context, builder, target, there, to, lanes), align=4)
+            to = builder.add(to, builder.zext(builder.ctpop(some), to.type))
+            first = builder.add(first, ir.Constant(first.type, lanes))
+            bits = builder.lshr(bits, ir.Constant(bits.type, lanes))
         return context.get_dummy_value()
 
     return types.none(target, to, source, first, bits), code
@@ -346,17 +443,23 @@ def add_tilt(apart, n, tilt, slide):
 
 
 @inlined()
-def farthest_move(x, reference, mine, edges):
+def farthest_move(x, reference, mine, wrap, edges):
     """Largest squared distance of a bead from the reference; infinity without a list."""
     if reference is None:
         return np.inf
-    farthest = 0.0
-    for i in range(mine.first, mine.end):
-        r2 = 0.0
-        for k in range(len(edges)):
-            d = nearest_image(x[i, k] - reference[i, k], edges[k])
-            r2 += d * d
-        farthest = max(farthest, r2)
+    here, there, width = flat(x), flat(reference), np.uint64(x.shape[1])
+    begin, end, room, farthest = mine.first * width, mine.end * width, uint64(wrap.shape[1]), 0.0
+    for first in range(begin, end, room):
+        size = min(room, uint64(end - first))
+        for t in range(size):
+            apart = here[first + t] - there[first + t]
+            apart -= wrap[0, t] * np.rint(apart * wrap[1, t])
+            wrap[2, t] = apart * apart
+        for t in range(uint64(0), size, width):
+            r2 = 0.0
+            for k in range(len(edges)):
+                r2 += wrap[2, t + np.uint64(k)]
+            farthest = max(farthest, r2)
     return farthest
 
 

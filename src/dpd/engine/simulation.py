@@ -9,8 +9,8 @@ import numpy as np
 from dpd.engine.beads import DEPTH, DRAG, across_of, near_buffers, sampled_buffers
 from dpd.engine.forces import angles_of, bonds_of, buffers_of, cache_buffers
 from dpd.engine.integrate import row_edges, times_of
-from dpd.engine.neighbours import line_buffers, list_buffers, pair_buffers
-from dpd.engine.rows import axes_of, empty_rows, row_width, rows_of
+from dpd.engine.neighbours import CUTOFF, line_buffers, list_buffers, pair_buffers
+from dpd.engine.rows import aligned, axes_of, row_width, rows_of
 from dpd.engine.space import (
     begun_for,
     cell_buffers,
@@ -26,7 +26,6 @@ from dpd.engine.step import OF_CACHED, OF_LINE, OF_LIST, Own, Plan, Shared, Span
 from dpd.engine.threads import new_team, started
 from dpd.errors import LostRun, UserError
 
-CUTOFF = 1.0
 SPARE_ROOM = 2.0  # times what buffers were too small for
 
 
@@ -286,7 +285,7 @@ class Simulation(Snapshot):
             at_walls=at_walls,
             deepest=None if walls is None else np.zeros((self._threads, 3)),
             image=None,
-            excess=empty_rows(beads, row_width(dimension)) if renews else None,
+            excess=aligned((beads, row_width(dimension))) if renews else None,
             sampled=sampled_buffers(0, beads, plan.across, virial, at_walls),
             need=np.zeros((self._threads, self._room.size), np.int64),
         )

@@ -141,7 +141,9 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
             step += 1
             slide_to(step, image, beads.identity, mine, plan.dt, slide)
             drift(beads, force, image, mine, own.wrap, shared.lost[team.rank], pending, plan)
-            shared.moved[team.rank] = farthest_move(beads.position, reference, mine, edges)
+            shared.moved[team.rank] = farthest_move(
+                beads.position, reference, mine, own.wrap, edges
+            )
             barrier(team)
             lost = first_lost(shared.lost, beads.identity, step)
             if lost.bead >= 0:
@@ -274,9 +276,8 @@ def add_pairs(team, plan, beads, force, shared, own, search, cutoff, listed, now
             for q in range(listed.phase[phase], listed.phase[phase + 1]):
                 task, first, end = first_task + listed.block[q], listed.end[q], listed.end[q + 1]
                 while first < end:
-                    n = listed_pairs(first, end, x, listed.pairs, search)
+                    first, n = listed_pairs(first, end, x, listed.pairs, search)
                     count = add_some(plan, beads, force, shared, own, n, task, count, now)
-                    first += np.int64(n)
         close_phase(own.cached, phase, count)
     return count
 

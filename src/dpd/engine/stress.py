@@ -12,7 +12,7 @@ from dpd.engine.rows import of_bead, of_pair, push_apart, rows_of
 from dpd.engine.state import State, System
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
-from dpd.physics.common.forces import curvature, energy, force, force_over_r, law_of, slope
+from dpd.physics.common.forces import curvature, energy, force, law_of, slope
 
 NORMAL, TANGENTIAL = 0, 1
 SHORTEST = 1e-12  # slices that a line has to cross to be cut: below it lies in one slice
@@ -298,7 +298,7 @@ def bond_curvature(arms, bonds, halves, edges):
     for b in range(len(bonds.members)):
         r = forces.length(arms.apart, b, edges)
         law = law_of(bonds.law, b)
-        over_r = force_over_r(law, r)
+        over_r = force(law, r) / r
         total += 2.0 * (curvature(law, r) - (len(edges) - 1) * over_r)
         i, j = arms.i[b], arms.j[b]
         share(halves, i, j, energy(law, r), over_r, arms.apart, arms.apart, b, edges)

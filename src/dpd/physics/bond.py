@@ -19,9 +19,6 @@ class BondLaw(Section):
     def force(self, r: float) -> Any:
         return -self.stiffness * (r - self.length)
 
-    def force_over_r(self, r: float) -> Any:
-        return -self.stiffness * (1.0 - self.length / r)
-
     def energy(self, r: float) -> Any:
         return 0.5 * self.stiffness * (r - self.length) ** 2
 

@@ -20,7 +20,10 @@ from dpd.scene.reading import Settings
 from dpd.scene.sections import AXES, CUTOFF, densities, limits, missed_by, unknown_names
 from dpd.scene.yaml import changed, read_yaml, value_of
 
-SMALL_STEP = {2: 0.005, 3: 0.001}  # dt sqrt(kT) in r_c, up to which a pair list pays, measured
+# A list of pairs pays where dt sqrt(kT / m) is little of its skin, and the skin that is best falls
+# with the density; both measured (benchmarks/README.md).
+SMALL_STEP = {2: 0.1, 3: 0.055}  # of the skin
+SKIN, THIN, THICK = 0.4, 0.1, 0.5  # in r_c: at density 1, at least, at most
 
 
 class Steps(NamedTuple):
@@ -285,11 +288,13 @@ class Scene(Settings):
 
     def skin_at(self, dt: float) -> float:
         """Skin with steps of another length."""
-        chosen, skin = self.data["pairs"]["search"], self.data["pairs"]["skin"]
+        chosen, skin = self.data["pairs"]["search"], self.data["pairs"].get("skin")
+        skin = skin or round(min(max(SKIN * self.volume / self.beads, THIN), THICK), 2)
         if chosen == "auto":
             thermal = dt * (self.kT / self.lightest) ** 0.5
-            room = min(self.period) >= 2 * (CUTOFF + skin) and Change.SLIDES not in self.made
-            chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] else "cells"
+            still = not {Change.SLIDES, Change.STRETCHES} & self.made.keys()
+            room = still and min(self.period) >= 2 * (CUTOFF + skin)
+            chosen = "list" if room and thermal <= SMALL_STEP[self.dimension] * skin else "cells"
         return float(skin) if chosen == "list" else 0.0
 
     # --- what terms do to the space and to the flow
@@ -372,7 +377,7 @@ def enter(scene: Scene, step: int, settings: Mapping[str, Any], where: str) -> N
             refuse(f"{key!r} cannot change while the system runs; {known}")
     if scene.is_auto or scene.data["duration"]:
         refuse("counts steps; name scheme and dt, and 'steps', no duration")
-    search = {"search": "list" if scene.skin else "cells", "skin": scene.data["pairs"]["skin"]}
+    search = {"search": "list", "skin": scene.skin} if scene.skin else {"search": "cells"}
     data = {key: value for key, value in last.scene.data.items() if key != "schedule"}
     molecules = [
         {key: value for key, value in given.items() if key != "density"} | {"count": kind.count}

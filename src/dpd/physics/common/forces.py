@@ -78,7 +78,6 @@ def _one_of(law, columns):
 
 # What a kernel calls with a term as the first argument; 0 for one that is absent.
 force = method("force")
-force_over_r = method("force_over_r")
 energy = method("energy")
 curvature = method("curvature")
 drag = method("drag")
@@ -97,10 +96,6 @@ def curvature_of_pair(self: Any, r: float, w: float) -> float:
 
 def curvature_of_bond(self: Any, r: float) -> float:
     return (force(self, r - STEP) - force(self, r + STEP)) * PER_STEP
-
-
-def _force_over_r(self, r):
-    return force(self, r) / r
 
 
 def record_class(
@@ -139,9 +134,7 @@ def bond_record(laws: Sequence[Any], number: np.ndarray | None) -> Any:
     values: dict[str, Any] = each[0]
     if number is not None:
         values = {name: np.array([numbers[name] for numbers in each]) for name in values}
-    made = record_class(
-        type(laws[0]), (*values, "number"), force_over_r=_force_over_r, curvature=curvature_of_bond
-    )
+    made = record_class(type(laws[0]), (*values, "number"), curvature=curvature_of_bond)
     return made(**values, number=number)
 
 

@@ -46,24 +46,25 @@ def step_keys(seed, step):
 
 
 @inlined()
-def pair_word(low, high, keys):
-    """32 random bits of the pair (low < high) under a step's keys."""
+def pair_word(one, other, keys):
+    """32 random bits of two identities, in either order, under a step's keys."""
+    low, high = min(one, other), max(one, other)
     return mix32(uint32(uint32(mix32(uint32(low ^ keys.first)) + high) ^ keys.second))
 
 
 @inlined()
-def uniform_noise(theta, low, high, n, keys):
+def uniform_noise(theta, one, other, n, keys):
     """Fill ``theta[:n]`` with uniform noise of zero mean and unit variance."""
     for p in range(n):
-        word = pair_word(low[p], high[p], keys)
+        word = pair_word(one[p], other[p], keys)
         theta[p] = UNIFORM_WIDTH * ((np.int32(word) + 0.5) * PER_WORD)
 
 
 @inlined()
-def gaussian_noise(theta, low, high, n, keys):
+def gaussian_noise(theta, one, other, n, keys):
     """Fill ``theta[:n]`` with normal noise of zero mean and unit variance (Box-Muller)."""
     for p in range(n):
-        word = pair_word(low[p], high[p], keys)
+        word = pair_word(one[p], other[p], keys)
         angle = mix32(uint32(uint32(word ^ uint32(0x5BF03635)) + keys.first))
         theta[p] = np.sqrt(2.0 * minus_log(word)) * cos_pi(np.int32(angle) * PER_WORD)
 
