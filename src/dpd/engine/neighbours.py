@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine import rows
+from dpd.engine import lanes, rows
 from dpd.engine.space import IMAGE, Cells, Grid, Slide, boxes_along
 from dpd.engine.threads import BLOCKS, next_task
 from dpd.jit import WIDE, inlined
 
-U0, U1, FULL = np.uint64(0), np.uint64(1), np.uint64(rows.LANES)
+U0, U1, FULL = np.uint64(0), np.uint64(1), np.uint64(lanes.LANES)
 ALL, FOUR = np.uint64(2**64 - 1), np.uint64(rows.FOUR)
 CUTOFF = 1.0  # of forces
 PAIRS_AT_ONCE = np.uint64(256)  # pairs that are worked on together: their buffers stay in cache
@@ -31,6 +31,7 @@ GROUP = np.uint64(4)  # stretches that are lined up before any is searched: stor
 ENOUGH = np.uint64(1024)  # places on a line after which no stretch is added to it
 ROUNDING = 1e-6  # of the largest edge and the cutoff: what single precision takes off a distance
 FAR = np.float32(1e6)  # r_c; where the fillers at the end of a stretch are
+NOWHERE = PAIRS_AT_ONCE + CANDIDATES + FULL  # place of a pair without a distance, the last
 OF_SLOT = np.uint32((1 << IMAGE) - 1)
 FIRST, SLOT, AFTER, LAST = 0, 1, 2, 3  # see `Line`
 
@@ -41,7 +42,7 @@ class Pairs(NamedTuple):
     # (size,) uint32: slots of the two beads
     i: np.ndarray
     j: np.ndarray
-    separation: np.ndarray  # (dimension, size): r_i - r_j at the nearest image
+    separation: np.ndarray  # (dimension, size): r_i - r_j at the nearest image; 0 at `NOWHERE`
     # (size,): what the forces need, and find
     repulsion: np.ndarray  # a_ij
     approach: np.ndarray  # r_ij . v_ij
@@ -88,10 +89,12 @@ class Search(NamedTuple):
 
 
 def pair_buffers(dimension: int) -> Pairs:
-    size = int(PAIRS_AT_ONCE + CANDIDATES + FULL)
-    slots = {name: np.empty(size, np.uint32) for name in ("i", "j", "of_i", "of_j")}
-    numbers = {name: np.empty(size) for name in Pairs._fields if name not in slots}
-    return Pairs(**numbers | slots | {"separation": np.empty((dimension, size))})
+    size = int(NOWHERE + FULL)
+    slots = {name: rows.aligned((size,), np.uint32) for name in ("i", "j", "of_i", "of_j")}
+    numbers = {name: rows.aligned((size,)) for name in Pairs._fields if name not in slots}
+    separation = rows.aligned((dimension, size))
+    separation[:] = 0.0
+    return Pairs(**numbers | slots | {"separation": separation})
 
 
 def line_buffers(grid: Grid, size: int) -> Line:
@@ -125,8 +128,8 @@ def append(begin, end, image, n, search):
     while True:  # mostly once
         for k in range(len(search.edges)):
             by = np.float32(move_along(search.grid.move, image, k, search.slide))
-            rows.copy_lanes(line.position[k], at, search.cells.single[k], first, by)
-        rows.count_lanes(line.slot, at, uint32(first | uint64(image) << uint64(IMAGE)), uint32(1))
+            lanes.copy_lanes(line.position[k], at, search.cells.single[k], first, by)
+        lanes.count_lanes(line.slot, at, uint32(first | uint64(image) << uint64(IMAGE)), uint32(1))
         at += FULL
         first += FULL
         if first >= last:
@@ -160,7 +163,7 @@ def line_up(slot, end, cell, search):
     """Fill the line from a cell on; return the next cell, and how many stretches there are."""
     start, grid, stretch = search.cells.start, search.grid, search.line.stretch
     levels = grid.shape[len(search.edges) - 1]
-    mean = (search.cells.single.shape[1] - rows.LANES) / (len(start) - 1)
+    mean = (search.cells.single.shape[1] - lanes.LANES) / (len(start) - 1)
     together = min(max(int64(TOGETHER / mean + 0.5), 1), TOGETHER)
     row, level, n, lined = cell // levels, cell % levels, U0, U0
     while lined < GROUP and n < ENOUGH and slot < end:
@@ -191,21 +194,21 @@ def find_partners(bead, begin, end, later, limit, line, found, n, edges):
     position, slot = line.position, line.slot
     if WIDE:
         for t in range(begin, end, FULL):
-            bits = rows.near(position, edges, bead, t, limit) & later
+            bits = lanes.near(position, edges, bead, t, limit) & later
             later = ALL
-            rows.pack(found, n, slot, t, bits)
-            n += rows.popcount(bits)
+            lanes.pack(found, n, slot, t, bits)
+            n += lanes.popcount(bits)
         return n
     for first in range(begin, end, WORD):
         bits = U0
         for t in range(U0, min(WORD, end - first), FULL):
-            bits |= rows.near(position, edges, bead, first + t, limit) << t
+            bits |= lanes.near(position, edges, bead, first + t, limit) << t
         bits &= later
         later = ALL
-        at, count = n, rows.popcount(bits)
+        at, count = n, lanes.popcount(bits)
         while bits != U0:
             for t in range(AT_ONCE):
-                found[at + t] = slot[first + rows.lowest(bits)]
+                found[at + t] = slot[first + lanes.lowest(bits)]
                 bits &= uint64(bits - U1)
             at += AT_ONCE
         n += count
@@ -254,9 +257,9 @@ def next_slots(at, end, search, cutoff):
                 begin, later = place + offset // FULL * FULL, ALL << (offset % FULL) << U1
             until = min(begin + CANDIDATES, last)
             n = find_partners(place + offset, begin, until, later, limit, line, pairs.j, n, edges)
-            rows.count_lanes(pairs.i, before, uint32(slot), uint32(0))
+            lanes.count_lanes(pairs.i, before, uint32(slot), uint32(0))
             for t in range(before + FULL, n, FULL):
-                rows.count_lanes(pairs.i, t, uint32(slot), uint32(0))
+                lanes.count_lanes(pairs.i, t, uint32(slot), uint32(0))
             candidate = until
             if until >= last:
                 slot += U1
@@ -294,8 +297,8 @@ def take_aside(pairs, n, x, move, edges, slide):
 @inlined()
 def fill_up(i, j, n):
     """Let what is read beyond ``n`` pairs be slots."""
-    rows.count_lanes(i, n, uint32(0), uint32(0))
-    rows.count_lanes(j, n, uint32(0), uint32(0))
+    lanes.count_lanes(i, n, uint32(0), uint32(0))
+    lanes.count_lanes(j, n, uint32(0), uint32(0))
 
 
 @inlined()
@@ -313,12 +316,12 @@ def keep_near(pairs, n, limit, edges):
         for p in range(n, n + FULL):
             separation[0, p] = np.inf
         for p in range(U0, n, FULL):
-            bits = rows.shorter(separation, edges, p, limit)
+            bits = lanes.near(separation, edges, NOWHERE, p, limit)
             for k in range(len(edges)):
-                rows.pack(separation[k], kept, separation[k], p, bits)
-            rows.pack(i, kept, i, p, bits)
-            rows.pack(j, kept, j, p, bits)
-            kept += rows.popcount(bits)
+                lanes.pack(separation[k], kept, separation[k], p, bits)
+            lanes.pack(i, kept, i, p, bits)
+            lanes.pack(j, kept, j, p, bits)
+            kept += lanes.popcount(bits)
         return kept
     for p in range(n):
         r2 = 0.0

@@ -6,6 +6,7 @@ NUMBA_DISABLE_JIT=1 before it.
 """
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,6 @@ from numba.np.arrayobj import populate_array
 from dpd.jit import inlined, intrinsic_for
 
 CACHE_LINE = 64  # bytes
-LANES = 16  # places that instructions for lines take at a time
 FOUR = 4  # pairs whose rows are turned into columns together
 
 
@@ -64,7 +64,7 @@ def _row(context, builder, array_type, array, i, vector):
     return builder.gep(builder.bitcast(rows.data, vector.as_pointer()), [i])
 
 
-def _column(context, builder, array_type, array, p, dimension):
+def column_of(context, builder, array_type, array, p, dimension):
     """Pointers to the entries of column p."""
     columns = context.make_array(array_type)(context, builder, array)
     places = ([ir.Constant(p.type, k), p] for k in range(dimension))
@@ -109,25 +109,27 @@ def copy_row(typing, target, s, source, i, edges):
     return types.none(target, s, source, i, edges), code
 
 
-def _four(context, builder, array_type, array, p):
-    """Four entries of an array with one axis."""
-    made = context.make_array(array_type)(context, builder, array)
-    places = [builder.add(p, ir.Constant(p.type, q)) for q in range(FOUR)]
-    return [builder.load(builder.gep(made.data, [place])) for place in places]
+FOUR_NUMBERS = ir.VectorType(ir.DoubleType(), FOUR)
 
 
-def _as_four(builder, pointer):
-    """A pointer to a number as one to four."""
-    return builder.bitcast(pointer, ir.VectorType(ir.DoubleType(), FOUR).as_pointer())
+def _four_rows(context, builder, edges, kind, array, places, places_array, p):
+    """Of an array, the rows that four entries of ``places`` tell, from p on."""
+    made = context.make_array(places)(context, builder, places_array)
+    for q in range(FOUR):
+        at = builder.gep(made.data, [builder.add(p, ir.Constant(p.type, q))])
+        row = _row(context, builder, kind, array, builder.load(at), _row_vector(edges))
+        yield builder.load(row, align=8)
 
 
-def _column_of_four(builder, rows, k):
-    """Entry k of four rows."""
-    column = ir.Constant(ir.VectorType(ir.DoubleType(), FOUR), ir.Undefined)
-    for q, row in enumerate(rows):
-        entry = builder.extract_element(row, cgutils.int32_t(k))
-        column = builder.insert_element(column, entry, cgutils.int32_t(q))
-    return column
+def _columns_apart(context, builder, edges, ours, theirs):
+    """The columns of four rows minus four others."""
+    apart = list(map(builder.fsub, ours, theirs))
+    for k in range(len(edges)):
+        column = ir.Constant(FOUR_NUMBERS, ir.Undefined)
+        for q in range(FOUR):
+            number = builder.extract_element(apart[q], cgutils.int32_t(k))
+            column = builder.insert_element(column, number, cgutils.int32_t(q))
+        yield column
 
 
 def _apart_to_columns(target, p, x, i, j, edges, move, m):
@@ -143,21 +145,16 @@ def apart_to_columns(typing, target, p, x, i, j, edges, move, m):
     i, j and m are arrays, read from p on. Four at a time, as that takes fewer instructions than
     entry by entry.
     """
-    vector = _row_vector(edges)
 
     def code(context, builder, signature, arguments):
-        target_array, p, *arrays, _, move_array, m_array = arguments
-
-        def loaded(kind, array, places_type, places):
-            for place in _four(context, builder, places_type, places, p):
-                yield builder.load(_row(context, builder, kind, array, place, vector), align=8)
-
-        ours, theirs = (list(loaded(x, arrays[0], *each)) for each in zip((i, j), arrays[1:]))
+        to, p, rows, i_array, j_array, _, move_array, m_array = arguments
+        chosen = partial(_four_rows, context, builder, edges, p=p)
+        theirs = chosen(x, rows, j, j_array)
         if move is not types.none:
-            theirs = map(builder.fadd, theirs, loaded(move, move_array, m, m_array))
-        apart = [builder.fsub(*both) for both in zip(ours, theirs)]
-        for k, entry in enumerate(_column(context, builder, target, target_array, p, len(edges))):
-            builder.store(_column_of_four(builder, apart, k), _as_four(builder, entry), align=8)
+            theirs = map(builder.fadd, theirs, chosen(move, move_array, m, m_array))
+        apart = _columns_apart(context, builder, edges, chosen(x, rows, i, i_array), theirs)
+        for column, entry in zip(apart, column_of(context, builder, target, to, p, len(edges))):
+            builder.store(column, builder.bitcast(entry, FOUR_NUMBERS.as_pointer()), align=8)
         return context.get_dummy_value()
 
     return types.none(target, p, x, i, j, edges, move, m), code
@@ -165,31 +162,27 @@ def apart_to_columns(typing, target, p, x, i, j, edges, move, m):
 
 def _differences_along(target, p, rows, i, j, along, edges):
     for q in range(int(p), int(p) + FOUR):
-        target[q] = sum((rows[i[q], k] - rows[j[q], k]) * along[k, q] for k in range(len(edges)))
+        target[q] = _difference_along(rows, i[q], j[q], along, q, edges)
 
 
 @intrinsic_for(_differences_along)
 def differences_along(typing, target, p, rows, i, j, along, edges):
-    """Fill p to p + 3 of the target with products of rows i minus rows j and columns."""
-    vector = _row_vector(edges)
+    """Make `difference_along` of four pairs entries p to p + 3 of ``target``."""
 
     def code(context, builder, signature, arguments):
-        target_array, p, array, *slots, along_array, _ = arguments
-        ours, theirs = (
-            [
-                builder.load(_row(context, builder, rows, array, place, vector), align=8)
-                for place in _four(context, builder, kind, each, p)
-            ]
-            for kind, each in zip((i, j), slots)
-        )
-        apart = [builder.fsub(*both) for both in zip(ours, theirs)]
-        total = ir.Constant(ir.VectorType(ir.DoubleType(), FOUR), [0.0] * FOUR)
-        for k, entry in enumerate(_column(context, builder, along, along_array, p, len(edges))):
-            column = builder.load(_as_four(builder, entry), align=8)
-            product = builder.fmul(_column_of_four(builder, apart, k), column, flags=["contract"])
+        to, p, array, i_array, j_array, along_array, _ = arguments
+        chosen = partial(_four_rows, context, builder, edges, rows, array, p=p)
+        apart = _columns_apart(context, builder, edges, chosen(i, i_array), chosen(j, j_array))
+        total = ir.Constant(FOUR_NUMBERS, [0.0] * FOUR)
+        for column, entry in zip(
+            apart, column_of(context, builder, along, along_array, p, len(edges))
+        ):
+            other = builder.load(builder.bitcast(entry, FOUR_NUMBERS.as_pointer()), align=8)
+            product = builder.fmul(column, other, flags=["contract"])
             total = builder.fadd(total, product, flags=["contract", "nsz"])
-        made = context.make_array(target)(context, builder, target_array)
-        builder.store(total, _as_four(builder, builder.gep(made.data, [p])), align=8)
+        made = context.make_array(target)(context, builder, to)
+        at = builder.bitcast(builder.gep(made.data, [p]), FOUR_NUMBERS.as_pointer())
+        builder.store(total, at, align=8)
         return context.get_dummy_value()
 
     return types.none(target, p, rows, i, j, along, edges), code
@@ -213,7 +206,7 @@ def difference_along(typing, rows, i, j, along, p, edges):
         theirs = builder.load(_row(context, builder, rows, array, j, vector), align=8)
         apart = builder.fsub(ours, theirs)
         total = ir.Constant(ir.DoubleType(), 0.0)
-        column = _column(context, builder, along, along_array, p, len(edges))
+        column = column_of(context, builder, along, along_array, p, len(edges))
         for k, entry in enumerate(column):
             component = builder.extract_element(apart, cgutils.int32_t(k))
             product = builder.fmul(component, builder.load(entry), flags=["contract"])
@@ -237,7 +230,7 @@ def push_apart(typing, force, i, j, scale, along, p, edges):
     def code(context, builder, signature, arguments):
         array, i, j, scale, along_array, p, _ = arguments
         push = ir.Constant(vector, [0.0] * vector.count)
-        column = _column(context, builder, along, along_array, p, len(edges))
+        column = column_of(context, builder, along, along_array, p, len(edges))
         for k, entry in enumerate(column):
             component = builder.fmul(scale, builder.load(entry))
             push = builder.insert_element(push, component, cgutils.int32_t(k))
@@ -247,165 +240,6 @@ def push_apart(typing, force, i, j, scale, along, p, edges):
         return context.get_dummy_value()
 
     return types.none(force, i, j, scale, along, p, edges), code
-
-
-@intrinsic_for(lambda word: np.uint64(int(word).bit_count()))
-def popcount(typing, word):
-    def code(context, builder, signature, arguments):
-        return builder.ctpop(arguments[0])
-
-    return word(word), code
-
-
-@intrinsic_for(lambda word: np.uint64((int(word) & -int(word)).bit_length() - 1 if word else 64))
-def lowest(typing, word):
-    """Place of the lowest bit that is set; 64 if none is."""
-
-    def code(context, builder, signature, arguments):
-        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 0))
-
-    return word(word), code
-
-
-def _lanes(context, builder, array_type, array, first, lanes=LANES):
-    """Pointer to some entries of an array with one axis as a vector."""
-    made = context.make_array(array_type)(context, builder, array)
-    vector = ir.VectorType(context.get_data_type(array_type.dtype), lanes)
-    return builder.bitcast(builder.gep(made.data, [first]), vector.as_pointer())
-
-
-def _all_lanes(builder, value):
-    free = ir.Constant(ir.VectorType(value.type, LANES), ir.Undefined)
-    one = builder.insert_element(free, value, cgutils.int32_t(0))
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-    return builder.shuffle_vector(one, free, zeros)
-
-
-def _copy_lanes(target, to, source, first, by):
-    to, first = int(to), int(first)
-    target[to : to + LANES] = source[first : first + LANES] + by
-
-
-@intrinsic_for(_copy_lanes)
-def copy_lanes(typing, target, to, source, first, by):
-    """Copy `LANES` numbers, and add ``by`` to each."""
-
-    def code(context, builder, signature, arguments):
-        there, to, given, first, by = arguments
-        entries = builder.load(_lanes(context, builder, source, given, first), align=4)
-        moved = builder.fadd(entries, _all_lanes(builder, by))
-        builder.store(moved, _lanes(context, builder, target, there, to), align=4)
-        return context.get_dummy_value()
-
-    return types.none(target, to, source, first, source.dtype), code
-
-
-def _count_lanes(target, to, value, step):
-    to = int(to)
-    target[to : to + LANES] = np.arange(LANES, dtype=np.uint32) * step + value
-
-
-@intrinsic_for(_count_lanes)
-def count_lanes(typing, target, to, value, step):
-    """Write ``value``, and so much more in each of `LANES` entries."""
-
-    def code(context, builder, signature, arguments):
-        there, to, value, step = arguments
-        order = ir.Constant(ir.VectorType(ir.IntType(32), LANES), list(range(LANES)))
-        more = builder.mul(_all_lanes(builder, step), order)
-        entries = builder.add(_all_lanes(builder, value), more)
-        builder.store(entries, _lanes(context, builder, target, there, to), align=4)
-        return context.get_dummy_value()
-
-    return types.none(target, to, types.uint32, types.uint32), code
-
-
-def _near(position, edges, place, first, limit):
-    first = int(first)
-    apart = position[:, int(place), None] - position[:, first : first + LANES]
-    nearer = (apart * apart).sum(axis=0) < limit
-    return np.uint64(sum(1 << t for t in np.flatnonzero(nearer)))
-
-
-@intrinsic_for(_near)
-def near(typing, position, edges, place, first, limit):
-    """Which of `LANES` places from ``first`` on lie nearer than sqrt(limit) to ``place``.
-
-    Written out as vectors because no loop with this few turns is made into them.
-    """
-
-    def code(context, builder, signature, arguments):
-        array, _, place, first, limit = arguments
-        vector = ir.VectorType(ir.FloatType(), LANES)
-        square = ir.Constant(vector, [0.0] * LANES)
-        ours = _column(context, builder, position, array, place, len(edges))
-        theirs = _column(context, builder, position, array, first, len(edges))
-        for one, other in zip(ours, theirs):
-            others = builder.load(builder.bitcast(other, vector.as_pointer()), align=4)
-            apart = builder.fsub(_all_lanes(builder, builder.load(one)), others)
-            squared = builder.fmul(apart, apart, flags=["contract"])
-            square = builder.fadd(square, squared, flags=["contract"])
-        hit = builder.fcmp_ordered("<", square, _all_lanes(builder, limit))
-        return builder.zext(builder.bitcast(hit, ir.IntType(LANES)), ir.IntType(64))
-
-    return types.uint64(position, edges, place, first, types.float32), code
-
-
-def _shorter(apart, edges, first, limit):
-    first = int(first)
-    nearer = (apart[:, first : first + LANES] ** 2).sum(axis=0) < limit
-    return np.uint64(sum(1 << t for t in np.flatnonzero(nearer)))
-
-
-@intrinsic_for(_shorter)
-def shorter(typing, apart, edges, first, limit):
-    """Which of `LANES` separations from ``first`` on are shorter than sqrt(limit)."""
-
-    def code(context, builder, signature, arguments):
-        array, _, first, limit = arguments
-        vector = ir.VectorType(ir.DoubleType(), LANES)
-        square = ir.Constant(vector, [0.0] * LANES)
-        for entry in _column(context, builder, apart, array, first, len(edges)):
-            along = builder.load(builder.bitcast(entry, vector.as_pointer()), align=8)
-            squared = builder.fmul(along, along, flags=["contract"])
-            square = builder.fadd(square, squared, flags=["contract"])
-        hit = builder.fcmp_ordered("<", square, _all_lanes(builder, limit))
-        return builder.zext(builder.bitcast(hit, ir.IntType(LANES)), ir.IntType(64))
-
-    return types.uint64(apart, edges, first, types.float64), code
-
-
-def _pack(target, to, source, first, bits):
-    chosen = [source[int(first) + t] for t in range(LANES) if int(bits) >> t & 1]
-    target[int(to) : int(to) + len(chosen)] = chosen
-
-
-@intrinsic_for(_pack)
-def pack(typing, target, to, source, first, bits):
-    """Copy those of `LANES` entries whose bits are set; what follows them in the target is lost."""
-    size = source.dtype.bitwidth // 8
-    lanes = CACHE_LINE // size  # of a vector: all, or half of them
-
-    def code(context, builder, signature, arguments):
-        there, to, given, first, bits = arguments
-        kind = ir.VectorType(context.get_data_type(source.dtype), lanes)
-        chosen = ir.VectorType(ir.IntType(1), lanes)
-        compress = cgutils.get_or_insert_function(
-            builder.module, ir.FunctionType(kind, [kind, chosen, kind]),
-            f"llvm.experimental.vector.compress.v{lanes}{'i32' if size == 4 else 'f64'}",
-        )  # fmt: skip
-        for _ in range(LANES // lanes):
-            some = builder.trunc(bits, ir.IntType(lanes))
-            entries = builder.load(_lanes(context, builder, source, given, first, lanes), align=4)
-            mask = builder.bitcast(some, chosen)
-            packed = builder.call(compress, [entries, mask, ir.Constant(kind, None)])
-            builder.store(packed, _lanes(context, builder, target, there, to, lanes), align=4)
-            to = builder.add(to, builder.zext(builder.ctpop(some), to.type))
-            first = builder.add(first, ir.Constant(first.type, lanes))
-            bits = builder.lshr(bits, ir.Constant(bits.type, lanes))
-        return context.get_dummy_value()
-
-    return types.none(target, to, source, first, bits), code
 
 
 @inlined()
