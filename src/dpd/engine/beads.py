@@ -9,7 +9,7 @@ import numpy as np
 from numba import uint32
 
 from dpd.engine.neighbours import PAIRS_AT_ONCE
-from dpd.engine.rows import flat, of_bead, of_bead_or_one
+from dpd.engine.rows import flat, of_bead
 from dpd.engine.state import System
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
@@ -63,7 +63,7 @@ def add_bath(f, v, beads, mine, langevin, near, keys, edges):
             draw(near, n, OF_BATH - k, langevin.gaussian, keys)
             for c in range(n):
                 s = first + c
-                share = of_bead_or_one(langevin.shares, beads.species, s)
+                share = of_bead(langevin.shares, beads.species, s)
                 noise = random(langevin, np.sqrt(share) * near.zeta[c], 1.0)
                 f[s, k] += noise - drag(langevin, share * v[s, k], 1.0)
 
@@ -72,7 +72,7 @@ def add_bath(f, v, beads, mine, langevin, near, keys, edges):
 def renew_bath(f, excess, species, mine, langevin, edges):
     """Replace the friction in a force by that of the velocities now; see `change_since`."""
     for s in range(mine.first, mine.end):
-        share = of_bead_or_one(langevin.shares, species, s)
+        share = of_bead(langevin.shares, species, s)
         for k in range(len(edges)):
             f[s, k] += drag(langevin, share * excess[s, k], 1.0)
 
@@ -245,7 +245,7 @@ def add_moments(moments, place, beads, mass, across, some, edges):
     """
     x, v, axes, one = beads.position, beads.velocity, len(across.axis), len(edges)
     for s in range(some.first, some.end):
-        m, cell = of_bead_or_one(mass, beads.species, s), np.int64(0)
+        m, cell = of_bead(mass, beads.species, s), np.int64(0)
         for a in range(axes):
             along = (x[s, across.axis[a]] - across.low[a]) * across.per[a]
             layer = np.int64(along)

@@ -14,7 +14,13 @@ import numpy as np
 
 from dpd.engine.beads import renew_bath, renew_wall_friction
 from dpd.engine.neighbours import PAIRS_AT_ONCE
-from dpd.engine.rows import difference_along, flat, of_bead, push_apart, share_of_pair
+from dpd.engine.rows import (
+    difference_along,
+    flat,
+    of_bead,
+    of_pair,
+    push_apart,
+)
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
 from dpd.physics.common.forces import change
@@ -297,20 +303,16 @@ def exchange_momentum(beads, cached, exchange, mass, pairs, plan, keys):
             if square == 0.0:  # two beads at the same point have no line between them
                 continue
             root = np.sqrt(square)
-            rate = exchange.gamma * share_of_pair(exchange.shares, species, i, j)
+            rate = exchange.gamma * of_pair(exchange.shares, species, i, j)
             drawn = PER_WORD * pair_word(of_i[p], of_j[p], swapped) < rate * dt
-            if mass is None:
-                kick = 0.5 * change(exchange, u / root, square * dt, theta[p], drawn) / root
-                push_apart(v, i, j, kick, drag, q, edges)
-            else:
-                a, b = 1.0 / of_bead(mass, species, i), 1.0 / of_bead(mass, species, j)
-                mean = 0.5 * (a + b)  # 1 / (2 mu), with the reduced mass mu
-                scale = np.sqrt(mean)
-                gained = change(exchange, u / (root * scale), square * dt * mean, theta[p], drawn)
-                momentum = 0.5 * gained * scale / (mean * root)
-                for k in range(len(edges)):
-                    v[i, k] += a * momentum * drag[k, q]
-                    v[j, k] -= b * momentum * drag[k, q]
+            a, b = 1.0 / of_bead(mass, species, i), 1.0 / of_bead(mass, species, j)
+            mean = 0.5 * (a + b)  # 1 / (2 mu), with the reduced mass mu
+            scale = np.sqrt(mean)
+            gained = change(exchange, u / (root * scale), square * dt * mean, theta[p], drawn)
+            momentum = 0.5 * gained * scale / (mean * root)
+            for k in range(len(edges)):
+                v[i, k] += a * momentum * drag[k, q]
+                v[j, k] -= b * momentum * drag[k, q]
 
 
 @inlined()

@@ -162,7 +162,7 @@ def apart_to_columns(typing, target, p, x, i, j, edges, move, m):
 
 def _differences_along(target, p, rows, i, j, along, edges):
     for q in range(int(p), int(p) + FOUR):
-        target[q] = _difference_along(rows, i[q], j[q], along, q, edges)
+        target[q] = difference_along(rows, i[q], j[q], along, q, edges)
 
 
 @intrinsic_for(_differences_along)
@@ -188,32 +188,13 @@ def differences_along(typing, target, p, rows, i, j, along, edges):
     return types.none(target, p, rows, i, j, along, edges), code
 
 
-def _difference_along(rows, i, j, along, p, edges):
+@inlined()
+def difference_along(rows, i, j, along, p, edges):
+    """Scalar product of row i minus row j and column p of ``along``."""
     total = 0.0
     for k in range(len(edges)):
         total += (rows[i, k] - rows[j, k]) * along[k, p]
     return total
-
-
-@intrinsic_for(_difference_along)
-def difference_along(typing, rows, i, j, along, p, edges):
-    """Scalar product of row i minus row j and column p of ``along``."""
-    vector = _row_vector(edges)
-
-    def code(context, builder, signature, arguments):
-        array, i, j, along_array, p, _ = arguments
-        ours = builder.load(_row(context, builder, rows, array, i, vector), align=8)
-        theirs = builder.load(_row(context, builder, rows, array, j, vector), align=8)
-        apart = builder.fsub(ours, theirs)
-        total = ir.Constant(ir.DoubleType(), 0.0)
-        column = column_of(context, builder, along, along_array, p, len(edges))
-        for k, entry in enumerate(column):
-            component = builder.extract_element(apart, cgutils.int32_t(k))
-            product = builder.fmul(component, builder.load(entry), flags=["contract"])
-            total = builder.fadd(total, product, flags=["contract", "nsz"])
-        return total
-
-    return types.float64(rows, i, j, along, p, edges), code
 
 
 def _push_apart(force, i, j, scale, along, p, edges):
@@ -299,32 +280,22 @@ def farthest_move(x, reference, mine, wrap, edges):
 
 @inlined()
 def of_pair(values, species, i, j):
-    """The value for the species of the beads in slots i and j."""
+    """The value for the species of the beads in slots i and j; 1 without values."""
+    if values is None:
+        return 1.0
     if species is None:
         return values[0, 0]
     return values[species[i], species[j]]
 
 
 @inlined()
-def share_of_pair(shares, species, i, j):
-    if shares is None:
-        return 1.0
-    return of_pair(shares, species, i, j)
-
-
-@inlined()
 def of_bead(values, species, s):
-    """The value for the species of the bead in slot s."""
+    """The value for the species of the bead in slot s; 1 without values."""
+    if values is None:
+        return 1.0
     if species is None:
         return values[0]
     return values[species[s]]
-
-
-@inlined()
-def of_bead_or_one(values, species, s):
-    if values is None:
-        return 1.0
-    return of_bead(values, species, s)
 
 
 @inlined()
