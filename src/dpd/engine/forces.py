@@ -78,10 +78,7 @@ def add_densities(density, pairs, n, many_body, edges):
     """Add to the local densities of the beads of ``n`` pairs what each is to the other."""
     i, j, separation, more = pairs.i, pairs.j, pairs.separation, pairs.crowd
     for p in range(n):
-        r2 = CLOSEST
-        for k in range(len(edges)):
-            r2 += separation[k, p] * separation[k, p]
-        more[p] = weight(many_body, np.sqrt(r2))
+        more[p] = weight(many_body, length(separation, p, edges))
     for p in range(n):
         density[i[p]] += more[p]
         density[j[p]] += more[p]
