@@ -92,9 +92,7 @@ def add_walls(team, f, v, beads, mine, walls, near, shared, now, edges):
         axis, inward = walls.axis[wall], walls.inward[wall]
         first = mine.first
         while first < mine.end:
-            first, n = find_near(near, beads, first, mine.end, walls, wall)
-            find_pushes(near, n, beads.species, walls)
-            find_drag(near, n, v, walls, wall, walls.friction, now.keys, edges)
+            first, n = find_near(near, v, beads, first, mine.end, walls, wall, now.keys, edges)
             for c in range(n):
                 s = near.slot[c]
                 f[s, axis] += inward * near.push[c]
@@ -118,9 +116,7 @@ def measure_walls(sums, v, beads, walls, near, keys, edges):
     for wall in range(len(walls.axis)):
         first = everybody.first
         while first < everybody.end:
-            first, n = find_near(near, beads, first, everybody.end, walls, wall)
-            find_pushes(near, n, beads.species, walls)
-            find_drag(near, n, v, walls, wall, walls.friction, keys, edges)
+            first, n = find_near(near, v, beads, first, everybody.end, walls, wall, keys, edges)
             for c in range(n):
                 a = of_bead(walls.repulsion, beads.species, near.slot[c])
                 sums[wall, ENERGY] += energy(walls, a, near.z[c])
@@ -130,8 +126,11 @@ def measure_walls(sums, v, beads, walls, near, keys, edges):
 
 
 @inlined()
-def find_near(near, beads, first, end, walls, wall):
-    """Find some beads within the range of a wall; return where to go on, and how many."""
+def find_near(near, v, beads, first, end, walls, wall, keys, edges):
+    """Find some beads within the range of a wall, its pushes and its drag on them.
+
+    Return where to go on, and how many they are.
+    """
     axis, place, inward = walls.axis[wall], walls.place[wall], walls.inward[wall]
     n, s = np.uint64(0), first
     while s < end and n < PAIRS_AT_ONCE:
@@ -142,14 +141,11 @@ def find_near(near, beads, first, end, walls, wall):
             near.z[n] = z
             n += np.uint64(1)
         s += np.uint64(1)
-    return s, n
-
-
-@inlined()
-def find_pushes(near, n, species, walls):
     for c in range(n):
-        a = of_bead(walls.repulsion, species, near.slot[c])
+        a = of_bead(walls.repulsion, beads.species, near.slot[c])
         near.push[c] = force(walls, a, near.z[c])
+    find_drag(near, n, v, walls, wall, walls.friction, keys, edges)
+    return s, n
 
 
 @inlined(given="friction")
@@ -226,17 +222,6 @@ def sampled_buffers(
 
 
 @inlined()
-def add_up_beads(team, beads, mass, across, sampled, edges):
-    for task in range(team.rank, sampled.place.shape[0], team.size):
-        first, end = task * PER_TASK, (task + 1) * PER_TASK
-        if end > beads.position.shape[0]:
-            end = beads.position.shape[0]
-        some = Share(np.uint64(first), np.uint64(end))
-        moments, place = sampled.of_beads[task], sampled.place[task]
-        add_moments(moments, place, beads, mass, across, some, edges)
-
-
-@inlined()
 def add_moments(moments, place, beads, mass, across, some, edges):
     """Add the sums of m w w over some beads, cell by cell; below the matrix, their number.
 
@@ -289,7 +274,13 @@ def move_sums(to, k, parts):
 def take_sample(team, plan, beads, shared, k):
     barrier(team)  # all have come to the end of the step
     sampled = shared.sampled
-    add_up_beads(team, beads, plan.mass, plan.across, sampled, plan.edges)
+    for task in range(team.rank, sampled.place.shape[0], team.size):
+        first, end = task * PER_TASK, (task + 1) * PER_TASK
+        if end > beads.position.shape[0]:
+            end = beads.position.shape[0]
+        some = Share(np.uint64(first), np.uint64(end))
+        moments, place = sampled.of_beads[task], sampled.place[task]
+        add_moments(moments, place, beads, plan.mass, plan.across, some, plan.edges)
     barrier(team)
     if team.rank == 0:
         move_sums(sampled.moments, k, sampled.of_beads)
