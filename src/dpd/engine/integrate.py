@@ -264,16 +264,6 @@ def change_since(excess, f, mine, time):
         to[q] = -time * force[q]
 
 
-@inlined()
-def renew_friction(f, excess, cached, phase, edges):
-    """Replace the friction in a force by that of the velocities now, for a phase's cached pairs."""
-    ends, drag = cached.ends, cached.drag
-    for p in range(np.uint64(cached.phase[phase]), np.uint64(cached.phase[phase + 1])):
-        i, j = ends[0, p], ends[1, p]
-        pull = difference_along(excess, i, j, drag, p, edges)
-        push_apart(f, i, j, pull, drag, p, edges)
-
-
 @inlined(given="exchange")
 def exchange_momentum(beads, cached, exchange, mass, pairs, plan, keys):
     """Let pairs exchange momentum, one after the other, in the order in which they were found.
@@ -326,12 +316,17 @@ def finish(team, plan, beads, force, mine, shared, own, keys):
 
 @inlined(given="excess")
 def take_friction_again(team, plan, beads, force, mine, cached, excess):
+    """Replace the friction in a force by that of the velocities now, of pairs phase by phase."""
     species, edges, forces = beads.species, plan.edges, plan.forces
+    ends, drag = cached.ends, cached.drag
     change_since(excess, force, mine, plan.times.kick)
     multiply_by_masses(force, species, mine, plan.mass)
     for phase in range(len(cached.phase) - 1):
         barrier(team)
-        renew_friction(force, excess, cached, phase, edges)
+        for p in range(np.uint64(cached.phase[phase]), np.uint64(cached.phase[phase + 1])):
+            i, j = ends[0, p], ends[1, p]
+            pull = difference_along(excess, i, j, drag, p, edges)
+            push_apart(force, i, j, pull, drag, p, edges)
     barrier(team)
     renew_bath(force, excess, species, mine, forces.langevin, edges)
     renew_wall_friction(force, excess, beads.position, mine, forces.walls, edges)
