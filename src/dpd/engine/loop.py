@@ -222,9 +222,14 @@ class Checkpoint:
             return f"{self.path}: a damaged checkpoint; starting anew"
         if stored.key != self.key:
             return f"{self.path}: a checkpoint of another scene or other sources; starting anew"
-        if wrong := _cut_files(stored.arrays, observers):
-            return f"{self.path}: a checkpoint that cannot be right ({wrong}); starting anew"
-        simulation.state = put_back(stored.arrays, observers)
+        held = stored.arrays
+        for i, observer in enumerate(observers):  # those with files go on where these were
+            if file := file_of(observer):
+                frames, digests = int(held[f"{i}.frames"][0]), held.get(f"{i}.digests")
+                if wrong := file.cut(frames, digests):
+                    text = f"a checkpoint that cannot be right ({wrong})"
+                    return f"{self.path}: {text}; starting anew"
+        simulation.state = put_back(held, observers)
         self.is_ours = True
         return ""
 
@@ -235,16 +240,6 @@ class Checkpoint:
 def file_of(observer: Any) -> Any:
     """The file that an observer writes beside the result; None for one that writes none."""
     return getattr(observer, "file", None)
-
-
-def _cut_files(stored, observers):
-    """Let observers with files of their own go on where they were; why one cannot, or nothing."""
-    for i, observer in enumerate(observers):
-        if file := file_of(observer):
-            frames, digests = int(stored[f"{i}.frames"][0]), stored.get(f"{i}.digests")
-            if wrong := file.cut(frames, digests):
-                return wrong
-    return ""
 
 
 def arrays_of(state: State, observers: Sequence[Any]) -> dict[str, np.ndarray]:
