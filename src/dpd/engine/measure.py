@@ -68,16 +68,13 @@ def pair_histogram(
     smallest edge.
     """
     beads = sorted_beads(position, box, max(farthest, SMALLEST_CELL))
-    place = np.empty(beads.search.pairs.i.size, np.uint32)
-    if species is None:
-        counts = np.zeros((1, 1, bins + 1), np.int64)
-        _histogram(counts.ravel(), place, beads, None, farthest, bins)
-    else:
+    place, count, rows = np.empty(beads.search.pairs.i.size, np.uint32), 1, None
+    if species is not None:
         kinds = species[beads.bead].astype(np.uint32)
         count = int(kinds.max(initial=0)) + 1
-        counts = np.zeros((count, count, bins + 1), np.int64)
         rows = kinds * np.uint32(count * (bins + 1)), kinds * np.uint32(bins + 1)
-        _histogram(counts.ravel(), place, beads, rows, farthest, bins)
+    counts = np.zeros((count, count, bins + 1), np.int64)
+    _histogram(counts.ravel(), place, beads, rows, farthest, bins)
     found = counts[..., :bins].astype(float)
     if species is None:
         return found[0, 0]
