@@ -17,16 +17,15 @@ from dpd.physics.pressure import draw
 EXCHANGES = ("shardlow", "lowe-andersen", "aboba")
 NOBODY = 0xFFFFFFFF  # less the number of an axis: whom a bead shares its Langevin noise with
 
-uniform_noise, gaussian_noise = kernel()(noise.uniform_noise), kernel()(noise.gaussian_noise)
+fill_noise = kernel()(noise.fill_noise)
 step_keys, pair_word = kernel()(noise.step_keys), kernel()(noise.pair_word)
 
 
 def pair_noise(low, high, seed, step, gaussian):
     """The engine's own noise of pairs of identities at a step."""
     theta = np.empty(len(low))
-    fill = gaussian_noise if gaussian else uniform_noise
     keys = noise.Keys(*map(np.uint32, step_keys(np.uint64(seed), step)))
-    fill(theta, low.astype(np.uint32), high.astype(np.uint32), len(low), keys)
+    fill_noise(theta, low.astype(np.uint32), high.astype(np.uint32), len(low), keys, gaussian)
     return theta
 
 

@@ -9,7 +9,7 @@ from scipy import stats
 
 from dpd.jit import kernel
 from dpd.physics.common.noise import cos_pi, minus_log
-from tests.engine.reference import gaussian_noise, pair_noise, step_keys, uniform_noise
+from tests.engine.reference import fill_noise, pair_noise, step_keys
 
 SIGMAS, CHANCE = 5.0, 1e-6
 # Name, whether Gaussian, fourth and eighth moment at unit variance.
@@ -105,10 +105,7 @@ def sums_of_steps(low, high, seed, steps, gaussian):
     theta = np.empty(len(low))
     for step in range(steps):
         keys = step_keys(seed, step)
-        if gaussian:
-            gaussian_noise(theta, low, high, len(low), keys)
-        else:
-            uniform_noise(theta, low, high, len(low), keys)
+        fill_noise(theta, low, high, len(low), keys, gaussian)
         for p in range(len(low)):
             total[step] += theta[p]
             if low[p] == 0:

@@ -14,7 +14,7 @@ from dpd.engine.state import System
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
 from dpd.physics.common.forces import drag, energy, force, random, weight
-from dpd.physics.common.noise import gaussian_noise, uniform_noise
+from dpd.physics.common.noise import fill_noise
 
 # The noise of a bead is that of a pair with a partner that no bead is: another one for each axis of
 # a bath, and for each wall and axis.
@@ -47,10 +47,7 @@ def near_buffers(dimension: int) -> Near:
 def draw(near, n, partner, gaussian, keys):
     for c in range(n):
         near.partner[c] = uint32(partner)
-    if gaussian:
-        gaussian_noise(near.zeta, near.identity, near.partner, n, keys)
-    else:
-        uniform_noise(near.zeta, near.identity, near.partner, n, keys)
+    fill_noise(near.zeta, near.identity, near.partner, n, keys, gaussian)
 
 
 @inlined(given="langevin")

@@ -20,7 +20,7 @@ from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS, OF_PAIRS, Syste
 from dpd.engine.threads import BATCHES, next_task
 from dpd.jit import inlined
 from dpd.physics.common.forces import energy, force, law_of, weight
-from dpd.physics.common.noise import gaussian_noise, uniform_noise
+from dpd.physics.common.noise import fill_noise
 
 FOUR = uint64(rows.FOUR)
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
@@ -57,10 +57,7 @@ def gather_friction(pairs, n, v, beads, friction, edges, slide, keys):
         for p in range(n):
             apart = separation[slide.flow, p] * separation[slide.gradient, p]
             approach[p] += slide.rate * apart
-    if friction.gaussian:
-        gaussian_noise(theta, of_i, of_j, n, keys)
-    else:
-        uniform_noise(theta, of_i, of_j, n, keys)
+    fill_noise(theta, of_i, of_j, n, keys, friction.gaussian)
     share_friction(pairs, n, beads.species, friction.shares)
 
 

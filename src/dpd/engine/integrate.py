@@ -24,7 +24,7 @@ from dpd.engine.rows import (
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
 from dpd.physics.common.forces import change
-from dpd.physics.common.noise import Keys, gaussian_noise, pair_word, uniform_noise
+from dpd.physics.common.noise import Keys, fill_noise, pair_word
 from dpd.physics.integrator import SHARDLOW, Scheme
 
 ENTRIES = 256  # entries of rows whose edges are written out, for a loop without a look at the axis
@@ -280,10 +280,8 @@ def exchange_momentum(beads, cached, exchange, mass, pairs, plan, keys):
         for p in range(n):
             of_i[p] = identity[cached.ends[0, first + p]]
             of_j[p] = identity[cached.ends[1, first + p]]
-        if exchange.gaussian or exchange.kind != SHARDLOW:
-            gaussian_noise(theta, of_i, of_j, n, keys)
-        else:
-            uniform_noise(theta, of_i, of_j, n, keys)
+        gaussian = exchange.gaussian or exchange.kind != SHARDLOW
+        fill_noise(theta, of_i, of_j, n, keys, gaussian)
         for p in range(n):
             q = first + p
             i, j = cached.ends[0, q], cached.ends[1, q]

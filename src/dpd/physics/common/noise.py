@@ -53,20 +53,17 @@ def pair_word(one, other, keys):
 
 
 @inlined()
-def uniform_noise(theta, one, other, n, keys):
-    """Fill ``theta[:n]`` with uniform noise of zero mean and unit variance."""
-    for p in range(n):
-        word = pair_word(one[p], other[p], keys)
-        theta[p] = UNIFORM_WIDTH * ((np.int32(word) + 0.5) * PER_WORD)
-
-
-@inlined()
-def gaussian_noise(theta, one, other, n, keys):
-    """Fill ``theta[:n]`` with normal noise of zero mean and unit variance (Box-Muller)."""
-    for p in range(n):
-        word = pair_word(one[p], other[p], keys)
-        angle = mix32(uint32(uint32(word ^ uint32(0x5BF03635)) + keys.first))
-        theta[p] = np.sqrt(2.0 * minus_log(word)) * cos_pi(np.int32(angle) * PER_WORD)
+def fill_noise(theta, one, other, n, keys, gaussian):
+    """Fill ``theta[:n]`` with noise of zero mean, unit variance: normal (Box-Muller) or uniform."""
+    if gaussian:
+        for p in range(n):
+            word = pair_word(one[p], other[p], keys)
+            angle = mix32(uint32(uint32(word ^ uint32(0x5BF03635)) + keys.first))
+            theta[p] = np.sqrt(2.0 * minus_log(word)) * cos_pi(np.int32(angle) * PER_WORD)
+    else:
+        for p in range(n):
+            word = pair_word(one[p], other[p], keys)
+            theta[p] = UNIFORM_WIDTH * ((np.int32(word) + 0.5) * PER_WORD)
 
 
 @inlined()
