@@ -55,12 +55,15 @@ def run(
         say(checkpoint.resume(simulation, observers))
     recorders = [each for each in observers if hasattr(each, "record")]
     lookers = [each for each in observers if not hasattr(each, "record")]
-    beads = max(1, simulation.state.identity.size // simulation.shares)
+    length = call_length(max(1, simulation.state.identity.size // simulation.shares))
     begun = simulation.state.step
     saved, former = time.monotonic(), ""
     while (now := simulation.state.step) < last:
         samples = [next_sample(observer, now, equilibrate) for observer in lookers]
-        stop = min([next_look(now, lookers, equilibrate, beads), last, *samples])
+        # Looks at the clock are equally far apart after the last sample.
+        sampled = [at - observer.every for observer, at in zip(lookers, samples)]
+        since = now - max((step for step in sampled if step <= now), default=0)
+        stop = min([now + length - since % length, last, *samples])
         while simulation.state.step < stop:
             end = _entered(simulation, systems, stop)
             advance_recording(simulation, end, recorders, equilibrate)
@@ -133,13 +136,6 @@ def counts_from(observer: Any, equilibrate: int) -> int:
 def next_sample(observer: Any, now: int, equilibrate: int) -> int:
     first = counts_from(observer, equilibrate)
     return first + (max(now - first, 0) // observer.every + 1) * observer.every
-
-
-def next_look(now: int, observers: Sequence[Any], equilibrate: int, beads: int) -> int:
-    """The next step at which the clock is looked at: equally far apart after the last sample."""
-    sampled = [next_sample(each, now, equilibrate) - each.every for each in observers]
-    last, length = max((step for step in sampled if step <= now), default=0), call_length(beads)
-    return now + length - (now - last) % length
 
 
 # --- checkpoints
