@@ -179,7 +179,11 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         short = is_short(shared.need, room)
         if short:
             break
-        add_to_beads(team, plan, beads, force, mine, shared, own.near, now)
+        v, forces = velocity_seen(beads.velocity, beads.predicted), plan.forces
+        add_bath(force, v, beads, mine, forces.langevin, own.near, now.keys, edges)
+        add_body_force(force, beads.position, beads.species, mine, forces.body_force)
+        add_walls(team, force, v, beads, mine, forces.walls, own.near, shared, now, edges)
+        divide_by_masses(force, beads.species, mine, plan.mass)
         pending = 0.0
         if s + 1 < span.steps and plan.kick_waits and not sample_now:
             pending = times.kick
@@ -280,12 +284,3 @@ def add_pairs(team, plan, beads, force, shared, own, search, cutoff, listed, now
                     count = add_some(plan, beads, force, shared, own, n, task, count, now)
         close_phase(own.cached, phase, count)
     return count
-
-
-@inlined()
-def add_to_beads(team, plan, beads, force, mine, shared, near, now):
-    v, forces = velocity_seen(beads.velocity, beads.predicted), plan.forces
-    add_bath(force, v, beads, mine, forces.langevin, near, now.keys, plan.edges)
-    add_body_force(force, beads.position, beads.species, mine, forces.body_force)
-    add_walls(team, force, v, beads, mine, forces.walls, near, shared, now, plan.edges)
-    divide_by_masses(force, beads.species, mine, plan.mass)
