@@ -12,7 +12,7 @@ from dpd.engine.integrate import row_edges, times_of
 from dpd.engine.neighbours import CUTOFF, line_buffers, list_buffers, pair_buffers
 from dpd.engine.rows import aligned, axes_of, row_width, rows_of
 from dpd.engine.space import (
-    begun_for,
+    TURN,
     cell_buffers,
     edges_of,
     grid_of,
@@ -101,9 +101,12 @@ class Simulation(Snapshot):
                 "other, so it runs on one thread; take gw-vv or dpd-vv, or threads 1"
             )
         if before is not None and before.shear is not None and system.shear is not None:
-            past = before.shear, before.dt, self.state.slid or 0
-            slid = begun_for(system.box, system.shear, system.dt, self.state.step, past)
-            self.state = replace(self.state, slid=slid)
+            # Images slide on from where they are, at another rate.
+            step = self.state.step
+            old: Any = tilted(system.box, before.shear, before.dt, step)
+            new: Any = tilted(system.box, system.shear, system.dt, step)
+            further = (int(old.slide.parts) - int(new.slide.parts)) * step
+            self.state = replace(self.state, slid=((self.state.slid or 0) + further) % TURN)
         if anew:
             self.state = replace(self.state, force=None, reference=None)
         if before is not None and before.box != system.box:

@@ -93,17 +93,6 @@ def tilted(
     return found
 
 
-def begun_for(
-    box: Sequence[float], shear: Shear, dt: float, step: int, before: tuple[Shear, float, int]
-) -> int:
-    """``begun`` of a box whose images slide on at another rate from a step on.
-
-    ``before``: the shear, time step and ``begun`` up to there.
-    """
-    old, new = tilted(box, before[0], before[1], step, before[2]), tilted(box, shear, dt, step)
-    return (before[2] + (int(old.slide.parts) - int(new.slide.parts)) * step) % TURN  # type: ignore[attr-defined]
-
-
 def edges_of(box: Sequence[float]) -> tuple[float, ...]:
     """The edges alone, as kernels take them."""
     return tuple(map(float, box))
@@ -116,13 +105,11 @@ def slide_of(box: Sequence[float]) -> Slide | None:
 def nearest(apart: np.ndarray, box: Sequence[float]) -> np.ndarray:
     """Separations, a (dimension, ...) array, at their nearest image."""
     edges, slide = _columns(apart, box), slide_of(box)
-    if slide is None:
-        far = apart / edges
-        np.rint(far, out=far)
-        far *= edges
-        return apart - far
-    far = edges * np.rint(along_axes(apart, box) / edges)  # in lattice coordinates
-    far[slide.flow] += slide.tilt[0] * far[slide.gradient]
+    far = along_axes(apart, box) / edges  # in lattice coordinates
+    np.rint(far, out=far)
+    far *= edges
+    if slide is not None:
+        far[slide.flow] += slide.tilt[0] * far[slide.gradient]
     return apart - far
 
 
