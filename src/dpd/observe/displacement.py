@@ -48,7 +48,8 @@ class Displacement(Observable, key="displacement"):
     def compare(self, now: np.ndarray, then: np.ndarray) -> np.ndarray:
         from dpd.engine.measure import squared_displacements
 
-        found = squared_displacements(now, then)
+        found = np.empty((len(then), *now.shape[1:]))
+        squared_displacements(found, now, then)
         if found.shape[1] < 3:  # one for both, or one for each
             return found
         return np.stack([found[:, :2].mean(axis=1), found[:, 2]], axis=1)
