@@ -196,7 +196,16 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
     Molecules of a kind come in the order of their first beads; their beads as in the architecture,
     or in an order in which a walk from the first bead, deeper first, comes to the same.
     """
-    _check_box(scene, particles, path)
+    wanted = tuple(  # the scene's edges, but for those that constant pressure changes
+        there if scene.barostat_axes in ("all", name) else own
+        for own, there, name in zip(scene.period, particles.box, "xyz")
+    )
+    if particles.dimension != scene.dimension or not np.allclose(wanted, particles.box, SAME, 0):
+        raise UserError(
+            f"{path}: its box is [{_edges(particles.box)}], and that of {scene.where} "
+            f"[{_edges(scene.period)}]; they have to agree: write 'box: [{_edges(particles.box)}]' "
+            "in the scene, or take another file"
+        )
     species, order = _numbers_of_species(scene, particles, path), []
     own, bonds = (np.unique(np.sort(each), axis=0) for each in (scene.bonded, particles.bonds))
     same = np.array_equal(species, scene.kinds) and np.array_equal(own, bonds)
@@ -234,19 +243,6 @@ def _content(species, bonds, types):
     walk, parents, rings = spanned(len(species), bonds)
     typed = in_order(types, walk)
     return (species[walk].tobytes(), parents.tobytes(), rings.tobytes(), typed), walk
-
-
-def _check_box(scene, particles, path):
-    wanted = tuple(  # the scene's edges, but for those that constant pressure changes
-        there if scene.barostat_axes in ("all", name) else own
-        for own, there, name in zip(scene.period, particles.box, "xyz")
-    )
-    if particles.dimension != scene.dimension or not np.allclose(wanted, particles.box, SAME, 0):
-        raise UserError(
-            f"{path}: its box is [{_edges(particles.box)}], and that of {scene.where} "
-            f"[{_edges(scene.period)}]; they have to agree: write 'box: [{_edges(particles.box)}]' "
-            "in the scene, or take another file"
-        )
 
 
 def _edges(box, between=", "):
