@@ -53,7 +53,13 @@ def slabs(density: np.ndarray, z: np.ndarray, length: float) -> Slabs:
     """
     position, thickness = interfaces(density, z, length), z[1] - z[0]
     distance = np.arange(0.5 * thickness, length / 4, thickness)
-    seen = [_seen_from(block, z, length, at, distance) for block, at in zip(density, position)]
+    seen = []
+    for block, (first, second) in zip(density, position):
+        # On both sides of both interfaces: two in the slab of A, two in that of B.
+        places = [first + distance, second - distance, first - distance, second + distance]
+        a, b = (np.interp(places, z, profile, period=length) for profile in block)
+        minority, majority = [*b[:2], *a[2:]], [*a[:2], *b[2:]]
+        seen.append([np.mean(minority, axis=0), np.mean(majority, axis=0)])
     lost = bool((np.abs(position - _first_places(length)) >= FARTHEST * length).any())
     return Slabs(position, distance, np.array(seen), lost)
 
@@ -89,15 +95,6 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
 def _first_places(length):
     """Where both interfaces are at the beginning of a run."""
     return np.array([0.0, length / 2])
-
-
-def _seen_from(density, z, length, position, distance):
-    """(2, n) densities of minority and majority at distances from the interfaces."""
-    first, second = position
-    # On both sides of both interfaces: two in the slab of A, two in that of B.
-    places = [first + distance, second - distance, first - distance, second + distance]
-    a, b = (np.interp(places, z, profile, period=length) for profile in density)
-    return np.array([np.mean([*b[:2], *a[2:]], axis=0), np.mean([*a[:2], *b[2:]], axis=0)])
 
 
 def interface_width(seen: Slabs) -> tuple[float, float]:
