@@ -142,12 +142,6 @@ def calculate(
     return data
 
 
-def name_of(path: str | Path) -> str:
-    """The name of the sweep or measurement that a file holds."""
-    made = files.attributes(path)
-    return str(made["sweep" if "sweep" in made else "measurement"])
-
-
 def first_scene(runs: xr.Dataset) -> Scene:
     """The scene of the first point of a sweep, or of some of its points."""
     return cached_scene(str(runs.scene.values.ravel()[0]), "sweep")

@@ -156,9 +156,12 @@ def collect(options: Namespace) -> None:
 
 def _data(options: Namespace, names: Collection[str]) -> dict[str, Path]:
     """Files of the sweeps and measurements that are wanted, by name, out of those given."""
-    from dpd.analysis.collect import name_of
+    from dpd.files import attributes
 
-    given = {name_of(path): path for path in options.data}
+    given = {}
+    for path in options.data:
+        made = attributes(path)
+        given[str(made["sweep" if "sweep" in made else "measurement"])] = path
     for name in names:
         if name not in given:
             raise UserError(f"--data: none of the files is {name!r}, which is needed; add its file")
