@@ -33,8 +33,6 @@ MEASURED = [
     "compute virial all pressure NULL virial", "thermo_style custom step c_virial[1]",
     "thermo 1000000000", "run 0",
 ]  # fmt: skip
-
-
 LARGEST = 512  # boxes of an image flag
 TOO_FAST = "Lost atoms", "Non-numeric", "atoms missing", "atom missing"
 NOTHING = Sums(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0, 0)))
@@ -60,8 +58,13 @@ class Lammps(Simulation):
         for step in sorted({*at.tolist(), end}):
             self.go(step - self.state.step)
             self.gather(step)
-            if step in at:
-                parts.append(self._sums_here(step, measure))
+            if step in at:  # sums of our own kernels, with the virial that moved the beads
+                sums, d = self.call(0, [step], measure), self.system.dimension
+                self._from = self.state
+                if measure:
+                    pressure = self.ranks("numpy.extract_compute", "virial", 0, 1)
+                    sums.virial[:, ALL_FORCES] = self.volume * pressure[VIRIAL][:d, :d]
+                parts.append(sums)
         return Sums.joined(parts) if parts else NOTHING
 
     def go(self, steps: int) -> None:
@@ -106,12 +109,3 @@ class Lammps(Simulation):
             species=None if self.state.species is None else self._scene.kinds,
             image=(self._image + further).astype(np.int32), step=step,
         )  # fmt: skip
-
-    def _sums_here(self, step, measure):
-        """Sums of our own kernels where the beads are, with the virial that moved them."""
-        sums = self.call(0, [step], measure)
-        self._from = self.state
-        if measure:
-            d, pressure = self.system.dimension, self.ranks("numpy.extract_compute", "virial", 0, 1)
-            sums.virial[:, ALL_FORCES] = self.volume * pressure[VIRIAL][:d, :d]
-        return sums
