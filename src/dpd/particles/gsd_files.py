@@ -124,9 +124,7 @@ def frame_of(particles: Particles, precision: type = np.float64) -> gsd.hoomd.Fr
 
 def _columns(array, kind):
     """(n, 3) array of a (dimension, n) one; 0 along the axis that is not there."""
-    found = np.zeros((array.shape[1], 3), kind)
-    found[:, : len(array)] = array.T
-    return found
+    return np.pad(array, ((0, 3 - len(array)), (0, 0))).T.astype(kind, order="C")
 
 
 def write_gsd(particles: Particles, path: Path) -> None:
