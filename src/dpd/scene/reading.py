@@ -137,7 +137,15 @@ class Settings:
         method = start.get("method", method) if isinstance(start, dict) else method
         self.start = self._section(Start, method, start, "start", "start.method")
         for item in basics.observe if basics else ():
-            self._read_observable(item)
+            if isinstance(item, list) or (isinstance(item, dict) and len(item) != 1):
+                text = f"{shown(item)} should be one name with its settings, as - rdf: {{range: 3}}"
+                self._wrong.append(f"observe: {text}")
+                continue
+            name, settings = next(iter(item.items())) if isinstance(item, dict) else (item, {})
+            if name in self.observe:
+                self._wrong.append(f"observe: {name!r} is there more than once; keep one")
+            page = self._section(Observable, name, settings, f"observe.{name}", "observe")
+            self.observe[name] = page
         if not self._wrong:
             self._read_start_forces()
         self._refuse_wrong()
@@ -181,18 +189,6 @@ class Settings:
     def _may_act_in_start(self, key):
         page = self._page(Term, key)
         return page.own_in_start and (key in self.terms or not page.joins)
-
-    def _read_observable(self, item):
-        """An observable by name, or by name with settings."""
-        if isinstance(item, list) or (isinstance(item, dict) and len(item) != 1):
-            text = f"{shown(item)} should be one name with its settings, as - rdf: {{range: 3}}"
-            self._wrong.append(f"observe: {text}")
-            return
-        name, settings = next(iter(item.items())) if isinstance(item, dict) else (item, {})
-        if name in self.observe:
-            self._wrong.append(f"observe: {name!r} is there more than once; keep one")
-        page = self._section(Observable, name, settings, f"observe.{name}", "observe")
-        self.observe[name] = page
 
     # --- its beads, in the order of its molecules
 
