@@ -191,9 +191,7 @@ class Start(Page):
         "their key settings of a rigid core, of bonds and of angles, as {bond: {stiffness: 100}}.",
         StartForces,
     )  # fmt: skip
-    relax: Relax | None = setting(
-        "Steps with gw-vv before the run, shared by all runs from the same start.", None
-    )
+    relax: Relax | None = setting(str(Relax.__doc__), None)
 
     def conflicts(self) -> Refusals:
         if self.forces != StartForces() and not self.acts:

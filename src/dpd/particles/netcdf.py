@@ -36,10 +36,6 @@ NOT_IF_ZERO = "image", "bonds", "angles"  # which are not written if there is no
 FIELD = "density_field"  # the variable, and the observable
 IMAGE = ".vti"
 THICK = 1.0  # r_c, the one cell along z in which a field of two dimensions lies
-_ASKED_FOR = (
-    "holds no density field, which a run.nc does if its scene says "
-    "'observe: [{density_field: {every: 20, average: 10}}]'"
-)
 
 
 def variables_of(particles: Particles) -> dict[str, tuple]:
@@ -137,7 +133,10 @@ def read_fields(path: Path) -> Fields:
 def fields_of(variables: Mapping[str, np.ndarray], path: object) -> Fields:
     """The density fields among the variables of a run; refused if they are lacking or damaged."""
     if FIELD not in variables:
-        raise UserError(f"{path}: {_ASKED_FOR}")
+        raise UserError(
+            f"{path}: holds no density field, which a run.nc does if its scene says "
+            "'observe: [{density_field: {every: 20, average: 10}}]'"
+        )
     asked = FIELD, "field_box", "field_time", "species"
     density, box, time, names = (variables[name] for name in asked)
     there = np.isfinite(density).all(axis=tuple(range(1, density.ndim)))
