@@ -176,7 +176,6 @@ def diffusion_constant(
     between = (found.time >= after) & (found.time <= before)
     if between.sum() < FEWEST:
         return np.nan, np.nan
-
     time, over = found.time[between], 2 * dimension
     value, error = found.derived(lambda g: np.polyfit(time, g[between], 1)[0] / over)
     return float(value), float(error)

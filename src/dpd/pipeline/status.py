@@ -65,9 +65,7 @@ def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -
     return found
 
 
-def status_of(
-    path: Path | None, papers: Sequence[str] | None = None
-) -> tuple[str, list[RunStatus]]:
+def status_of(path: Path | None, papers: Sequence[str] | None) -> tuple[str, list[RunStatus]]:
     """A title, and the runs of a folder, a run.nc, a study, or if None that of config.yaml."""
     paths = [] if path is None else _runs_in(path) if path.is_dir() else [path]
     own = [look_at((str(each),), each) for each in paths]
