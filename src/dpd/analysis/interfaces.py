@@ -60,7 +60,7 @@ def slabs(density: np.ndarray, z: np.ndarray, length: float) -> Slabs:
         a, b = (np.interp(places, z, profile, period=length) for profile in block)
         minority, majority = [*b[:2], *a[2:]], [*a[:2], *b[2:]]
         seen.append([np.mean(minority, axis=0), np.mean(majority, axis=0)])
-    lost = bool((np.abs(position - _first_places(length)) >= FARTHEST * length).any())
+    lost = bool((np.abs(position - [0.0, length / 2]) >= FARTHEST * length).any())
     return Slabs(position, distance, np.array(seen), lost)
 
 
@@ -71,7 +71,7 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
     then the positions alone to each block, no farther off than `FARTHEST`.
     """
     fraction = density[:, 0] / density.sum(axis=1)
-    began = _first_places(length)
+    began = np.array([0.0, length / 2])
 
     def whole(z, first, second, width, inside, outside):
         share = np.zeros_like(z)  # 2 inside of the slab, 0 outside, in a periodic box
@@ -90,11 +90,6 @@ def interfaces(density: np.ndarray, z: np.ndarray, length: float) -> np.ndarray:
     found = [fitted(lambda z, *ends: whole(z, *ends, *held), block, began) for block in fraction]
     reach = FARTHEST * length
     return np.clip(found, began - reach, began + reach)
-
-
-def _first_places(length):
-    """Where both interfaces are at the beginning of a run."""
-    return np.array([0.0, length / 2])
 
 
 def interface_width(seen: Slabs) -> tuple[float, float]:
