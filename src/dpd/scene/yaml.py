@@ -141,7 +141,13 @@ def attempt(
 def _sentence(error, model, key, more):
     """Key and value of one error, and what is allowed there."""
     kind, value = error["type"], error["input"]
-    field, siblings = _setting(model, error["loc"])
+    # The setting, None for an unknown key, and those beside it.
+    field, siblings, section = None, _fields(model), model
+    for each in error["loc"]:
+        siblings = _fields(section)
+        field = siblings.get(each, field)
+        if each in siblings:  # if not, it is a key of a table
+            section = model_in(siblings[each].annotation)
     loc = [shown(each, str) for each in error["loc"]]
     loc = [each for each in loc if not each.startswith(("=", "["))]
     if loc and loc[0] == getattr(model, "bare", ""):  # the section is this setting
@@ -163,17 +169,6 @@ def _sentence(error, model, key, more):
         text = f"{shown(value)}{colon} should {allowed}{meaning_of(field)}"
     place = ".".join(filter(None, (key, *loc))) or ("" if kind in UNKNOWN else "the file")
     return f"{place}: {text}" if place else text
-
-
-def _setting(model: Any, loc: Iterable[Any]) -> tuple[FieldInfo | None, list[str]]:
-    """The setting at a place (None for an unknown key), and the keys beside it."""
-    field, fields = None, _fields(model)
-    for each in loc:
-        fields = _fields(model)
-        field = fields.get(each, field)
-        if each in fields:  # if not, it is a key of a table
-            model = model_in(fields[each].annotation)
-    return field, list(fields)
 
 
 def _fields(model):
