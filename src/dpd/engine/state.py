@@ -149,17 +149,14 @@ class System:
     @property
     def forces(self) -> Forces:
         repulsion = np.ascontiguousarray(self.pair.repulsion, dtype=np.float64)
+        walls, gamma = self.walls, float(self.wall_friction)
+        if walls is not None and gamma != 0.0:
+            amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
+            walls = walls._replace(friction=Friction(gamma, amplitude, bool(self.gaussian)))
         return Forces(
             self.pair._replace(repulsion=repulsion), self.many_body, self.bond, self.angle,
-            **self._thermostat(), walls=self._walls(), body_force=self.body_force,
+            **self._thermostat(), walls=walls, body_force=self.body_force,
         )  # fmt: skip
-
-    def _walls(self):
-        gamma = float(self.wall_friction)
-        if self.walls is None or gamma == 0.0:
-            return self.walls
-        amplitude = float(np.sqrt(2.0 * gamma * self.kT / self.dt))
-        return self.walls._replace(friction=Friction(gamma, amplitude, bool(self.gaussian)))
 
     def _thermostat(self):
         """The term that holds the temperature, by its name; nothing without friction."""
