@@ -196,18 +196,7 @@ class Simulation:
         files.check_output(path, ".nc")
         if not overwrite:
             files.refuse_to_replace(path)
-        scene = self._so_far()
-        observers = self._watching(scene, self._observers)
-        timed = {
-            "lost_step": -1,
-            "seconds": self._seconds,
-            "bead_steps_per_second": scene.beads * self.step / max(self._seconds, 1e-9),
-        }
-        for sentence in write_result(path, scene, self._engine, observers, timed)[1]:
-            warn(sentence)
-
-    def _so_far(self):
-        """The scene that is as long as this has run, with the observables that have looked."""
+        # As long as this has run, with the observables that have looked.
         sample = self.step - self._equilibrate
         if sample < 1:
             raise UserError(
@@ -220,7 +209,16 @@ class Simulation:
             if pages[item if isinstance(item, str) else next(iter(item))].every <= sample
         ]  # fmt: skip
         schedule = [each for each in self._schedule if each["step"] <= self.step]
-        return self._planned(sample, observe=looked, **({"schedule": schedule} if schedule else {}))
+        past = {"schedule": schedule} if schedule else {}
+        scene = self._planned(sample, observe=looked, **past)
+        observers = self._watching(scene, self._observers)
+        timed = {
+            "lost_step": -1,
+            "seconds": self._seconds,
+            "bead_steps_per_second": scene.beads * self.step / max(self._seconds, 1e-9),
+        }
+        for sentence in write_result(path, scene, self._engine, observers, timed)[1]:
+            warn(sentence)
 
     def _planned(self, sample, **changes):
         """The scene with so many steps of sampling."""
