@@ -307,24 +307,19 @@ def _run_of(data, given, seeds, where, folder):
     """The scene of a point, with noise by its name alone, and one start for those of a replica."""
     scene = data
     try:
-        scene = _sampled(scene, _whole(given.sampling))
+        factor = _whole(given.sampling)  # times as long
+        steps, duration = scene.get("steps", {}), scene.get("duration", {})
+        steps = {part: max(1, round(factor * n)) if n else 0 for part, n in steps.items()}
+        duration = {part: factor * time for part, time in duration.items()}
+        scene = merge(scene, {"steps": steps, "duration": duration})
+        if factor != 1 and isinstance(schedule := scene.get("schedule"), list):
+            scene["schedule"] = [each | {"step": round(factor * each["step"])} for each in schedule]
         own, start = ((scene.get("seed", 1) + crc32(of.encode())) % 2**31 for of in seeds)
         scene = merge(scene, {"seed": own, "start": {"seed": start}}, where)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
         Scene(scene, where, folder)  # which says what is wrong with it
         raise
     return fixed(Scene(scene, where, folder))
-
-
-def _sampled(scene, factor):
-    """A scene that runs ``factor`` times as long."""
-    steps, duration = scene.get("steps", {}), scene.get("duration", {})
-    steps = {part: max(1, round(factor * n)) if n else 0 for part, n in steps.items()}
-    duration = {part: factor * time for part, time in duration.items()}
-    longer = merge(scene, {"steps": steps, "duration": duration})
-    if factor != 1 and isinstance(schedule := scene.get("schedule"), list):
-        longer["schedule"] = [each | {"step": round(factor * each["step"])} for each in schedule]
-    return longer
 
 
 def fixed(scene: Scene) -> Scene:
