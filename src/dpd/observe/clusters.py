@@ -54,18 +54,6 @@ class Clusters(Observable, key="clusters"):
         return self.of or [name for name in scene.species if any(name in each for each in chains)]
 
     def measure(self, now: Any) -> Any:
-        sizes = self.sizes(now)
-        density = np.bincount(sizes, minlength=self.largest + 1)[1 : self.largest + 1] / now.volume
-        counted = sizes[sizes >= self.least]
-        total = counted.sum()
-        return {
-            "clusters": len(counted), "cluster_mean": total / max(len(counted), 1),
-            "cluster_weighted": np.square(counted).sum() / max(total, 1),
-            "cluster_largest": counted.max(initial=0), "cluster_density": density,
-        }  # fmt: skip
-
-    def sizes(self, now: Any) -> Any:
-        """(clusters,) int array: the molecules or beads in each cluster."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
@@ -76,5 +64,13 @@ class Clusters(Observable, key="clusters"):
         graph = coo_array((np.ones(len(ends[0]), bool), ends), (node[-1] + 1,) * 2)
         cluster = connected_components(graph, directed=False)[1]
         # What holds none of the species is alone, and is no cluster.
-        size = np.bincount(cluster[np.unique(node[chosen])])
-        return size[size > 0]
+        sizes = np.bincount(cluster[np.unique(node[chosen])])
+        sizes = sizes[sizes > 0]
+        density = np.bincount(sizes, minlength=self.largest + 1)[1 : self.largest + 1] / now.volume
+        counted = sizes[sizes >= self.least]
+        total = counted.sum()
+        return {
+            "clusters": len(counted), "cluster_mean": total / max(len(counted), 1),
+            "cluster_weighted": np.square(counted).sum() / max(total, 1),
+            "cluster_largest": counted.max(initial=0), "cluster_density": density,
+        }  # fmt: skip

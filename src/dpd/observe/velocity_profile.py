@@ -25,7 +25,6 @@ class VelocityProfile(Layered, key="velocity_profile"):
         "_mass": (("block", "layer"), "m", "mass of these beads"),
         "_sheared": (("block", "layer"), "m / tau", "the same, each times the rate of shear"),
     }
-
     only_with = {"_sheared": Change.SLIDES}
 
     def measure(self, now: Any) -> Any:
