@@ -227,9 +227,8 @@ def _judge_value(entry, measured):
 
 
 def rows(
-    paper: str, figure: str, measured: Mapping[str, Measured],
-    degrees: Mapping[str, float] | None = None,
-) -> pd.DataFrame:  # fmt: skip
+    paper: str, figure: str, measured: Mapping[str, Measured], degrees: Mapping[str, float]
+) -> pd.DataFrame:
     """Verdict rows of one figure, in the order of published.yaml.
 
     ``degrees``: of freedom of their errors, as far as known. Raises `UserError` if a measured name
@@ -255,7 +254,7 @@ def rows(
             "value": ours.value,
             "error": np.nan if ours.bound else ours.error,
             "systematic": ours.systematic,
-            "degrees": round((degrees or {}).get(name, np.nan), 1),
+            "degrees": round(degrees.get(name, np.nan), 1),
             "deviation_sigma": round(float(found.deviation), 2),
             "resolution": found.resolution,
             "verdict": found.verdict,

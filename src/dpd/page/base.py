@@ -239,9 +239,8 @@ def no_species(name: str, species: Sequence[str]) -> str:
 
 
 def check_table(
-    table: Mapping[str, Any], scene: Any, there: Iterable[tuple[str, ...]],
-    example: float | str = "...",
-) -> Refusals:  # fmt: skip
+    table: Mapping[str, Any], scene: Any, there: Iterable[tuple[str, ...]], example: float | str
+) -> Refusals:
     """Names that are not ``there``, two values of one, those without any.
 
     The example is a usual value, or '' where values may be left out.
