@@ -41,6 +41,21 @@ def test_steps_and_digest_follow_the_content():
     assert Scene(GOOD | {"observe": [{"thermo": {"pressure": False}}]}).digest != plain
 
 
+@pytest.mark.parametrize(
+    ("density", "dt", "skin"), [(3, 0.04, 0), (3, 0.005, 0.13), (1, 0.02, 0.4), (1, 0.04, 0)]
+)
+def test_pairs_are_listed_where_beads_move_little_of_the_skin(density, dt, skin):
+    """Not where the box changes; as asked, where a scene says how."""
+    fluid = {
+        "molecules": [{"architecture": "A", "density": density}],
+        "integrator": {"scheme": "gw-vv", "dt": dt},
+    }
+    assert Scene(GOOD | fluid).skin == skin
+    assert Scene(GOOD | fluid | {"pressure": {"target": 20}}).skin == 0
+    assert Scene(GOOD | fluid | {"pairs": {"search": "cells"}}).skin == 0
+    assert Scene(GOOD | fluid | {"pairs": {"search": "list", "skin": 0.3}}).skin == 0.3
+
+
 MELT = {
     "box": 8,
     "molecules": [{"architecture": "A 16", "count": 32}],
