@@ -30,8 +30,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.lanes import LANES
-from dpd.engine.rows import copy_row, rows_of
+from dpd.engine.rows import LANES, copy_row, rows_of
 from dpd.errors import UserError
 from dpd.jit import inlined, inlined_exactly
 
