@@ -314,7 +314,7 @@ def keep_near(pairs, n, limit, edges):
     i, j, separation, kept = pairs.i, pairs.j, pairs.separation, U0
     if WIDE:
         for p in range(n, n + FULL):
-            separation[0, p] = np.inf
+            separation[0, p] = FAR
         for p in range(U0, n, FULL):
             bits = rows.near(separation, edges, NOWHERE, p, limit)
             for k in range(len(edges)):
