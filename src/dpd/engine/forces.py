@@ -321,8 +321,7 @@ def add_bonds(f, x, slot, bonds, task, arms, virial, sums, measure, edges, slide
             r2 += apart[k, b] * apart[k, b]
         inverse = rows.inverse_root(r2)
         over_r[b] = force(law_of(bonds.law, first + b), r2 * inverse) * inverse
-    for b in range(n):
-        rows.push_apart(f, arms.i[b], arms.j[b], over_r[b], apart, b, edges)
+    push_all(f, arms.i, arms.j, over_r, apart, n, edges)
     if measure:
         for b in range(n):
             sums[OF_BONDS] += energy(law_of(bonds.law, first + b), length(apart, b, edges))

@@ -317,8 +317,7 @@ def keep_near(pairs, n, limit, edges):
             separation[0, p] = FAR
         for p in range(U0, n, FULL):
             bits = rows.near(separation, edges, NOWHERE, p, limit)
-            for k in range(len(edges)):
-                rows.pack(separation[k], kept, separation[k], p, bits)
+            rows.pack_columns(separation, kept, p, bits, edges)
             rows.pack(i, kept, i, p, bits)
             rows.pack(j, kept, j, p, bits)
             kept += rows.popcount(bits)

@@ -242,10 +242,10 @@ def lowest(typing, word):
     return word(word), code
 
 
-def _lanes(context, builder, array_type, array, first, lanes=LANES):
-    """Pointer to some entries of an array with one axis as a vector."""
+def _lanes(context, builder, array_type, array, first):
+    """Pointer to `LANES` entries of an array with one axis as a vector."""
     made = context.make_array(array_type)(context, builder, array)
-    vector = ir.VectorType(context.get_data_type(array_type.dtype), lanes)
+    vector = ir.VectorType(context.get_data_type(array_type.dtype), LANES)
     return builder.bitcast(builder.gep(made.data, [first]), vector.as_pointer())
 
 
@@ -334,29 +334,58 @@ def _pack(target, to, source, first, bits):
 @intrinsic_for(_pack)
 def pack(typing, target, to, source, first, bits):
     """Copy those of `LANES` entries whose bits are set; what follows them in the target is lost."""
-    size = source.dtype.bitwidth // 8
-    lanes = CACHE_LINE // size  # of a vector: all, or half of them
 
     def code(context, builder, signature, arguments):
         there, to, given, first, bits = arguments
-        kind = ir.VectorType(context.get_data_type(source.dtype), lanes)
-        chosen = ir.VectorType(ir.IntType(1), lanes)
-        compress = cgutils.get_or_insert_function(
-            builder.module, ir.FunctionType(kind, [kind, chosen, kind]),
-            f"llvm.experimental.vector.compress.v{lanes}{'i32' if size == 4 else 'f64'}",
-        )  # fmt: skip
-        for _ in range(LANES // lanes):
-            some = builder.trunc(bits, ir.IntType(lanes))
-            entries = builder.load(_lanes(context, builder, source, given, first, lanes), align=4)
-            mask = builder.bitcast(some, chosen)
-            packed = builder.call(compress, [entries, mask, ir.Constant(kind, None)])
-            builder.store(packed, _lanes(context, builder, target, there, to, lanes), align=4)
-            to = builder.add(to, builder.zext(builder.ctpop(some), to.type))
-            first = builder.add(first, ir.Constant(first.type, lanes))
-            bits = builder.lshr(bits, ir.Constant(bits.type, lanes))
+        entries = _lanes(context, builder, source, given, first)
+        _pack_lanes(builder, entries, _lanes(context, builder, target, there, to), bits)
         return context.get_dummy_value()
 
     return types.none(target, to, source, first, bits), code
+
+
+def _pack_lanes(builder, source, target, bits):
+    """Pack one vector into another, by pointers; what is too long for a register in two parts."""
+    entry = source.type.pointee.element
+    name, size = ("f64", 8) if entry == ir.DoubleType() else ("i32", 4)
+    lanes = CACHE_LINE // size
+    kind, chosen = ir.VectorType(entry, lanes), ir.VectorType(ir.IntType(1), lanes)
+    compress = cgutils.get_or_insert_function(
+        builder.module, ir.FunctionType(kind, [kind, chosen, kind]),
+        f"llvm.experimental.vector.compress.v{lanes}{name}",
+    )  # fmt: skip
+    source, target = (builder.bitcast(each, entry.as_pointer()) for each in (source, target))
+    for begin in range(0, LANES, lanes):
+        some = builder.trunc(builder.lshr(bits, ir.Constant(bits.type, begin)), ir.IntType(lanes))
+        at = builder.gep(source, [cgutils.intp_t(begin)])
+        entries = builder.load(builder.bitcast(at, kind.as_pointer()), align=size)
+        packed = builder.call(
+            compress, [entries, builder.bitcast(some, chosen), ir.Constant(kind, None)]
+        )
+        builder.store(packed, builder.bitcast(target, kind.as_pointer()), align=size)
+        target = builder.gep(target, [builder.zext(builder.ctpop(some), ir.IntType(64))])
+
+
+def _pack_columns(array, to, first, bits, edges):
+    for k in range(len(edges)):
+        _pack(array[k], to, array[k], first, bits)
+
+
+@intrinsic_for(_pack_columns)
+def pack_columns(typing, array, to, first, bits, edges):
+    """The same of columns of an array, inside it."""
+
+    def code(context, builder, signature, arguments):
+        given, to, first, bits, _ = arguments
+        vector = ir.VectorType(ir.DoubleType(), LANES).as_pointer()
+        for columns in zip(
+            _column(context, builder, array, given, first, len(edges)),
+            _column(context, builder, array, given, to, len(edges)),
+        ):
+            _pack_lanes(builder, *(builder.bitcast(each, vector) for each in columns), bits)
+        return context.get_dummy_value()
+
+    return types.none(array, to, first, bits, edges), code
 
 
 @inlined()
