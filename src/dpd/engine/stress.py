@@ -243,7 +243,10 @@ def _laplacian(total, slopes, beads, species, acting, walls, halves, virial, sum
         forces.gather_crowds(pairs, n, acting.density)
         for p in range(n):
             i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
-            r = forces.length(pairs.separation, p, edges)
+            r2 = CLOSEST
+            for k in range(len(edges)):
+                r2 += pairs.separation[k, p] * pairs.separation[k, p]
+            r = np.sqrt(r2)
             w = max(0.0, 1.0 - r)
             a = of_pair(pair.repulsion, species, i, j)
             over_r = (force(pair, a, r, w) + force(many_body, pairs.crowd[p], r)) / r
