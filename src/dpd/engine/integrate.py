@@ -158,6 +158,27 @@ def put_inside(x, image, identity, mine, wrap, edges, slide):
 
 
 @inlined()
+def farthest_move(x, reference, mine, wrap, edges):
+    """Largest squared distance of a bead from the reference; infinity without a list."""
+    if reference is None:
+        return np.inf
+    here, there, width = flat(x), flat(reference), np.uint64(x.shape[1])
+    begin, end, room, farthest = mine.first * width, mine.end * width, np.uint64(wrap.shape[1]), 0.0
+    for first in range(begin, end, room):
+        size = min(room, np.uint64(end - first))
+        for t in range(size):
+            apart = here[first + t] - there[first + t]
+            apart -= wrap[0, t] * np.rint(apart * wrap[1, t])
+            wrap[2, t] = apart * apart
+        for t in range(np.uint64(0), size, width):
+            r2 = 0.0
+            for k in range(len(edges)):
+                r2 += wrap[2, t + np.uint64(k)]
+            farthest = max(farthest, r2)
+    return farthest
+
+
+@inlined()
 def count_box(image, bead, k, boxes):
     if boxes != 0.0:
         image[bead, k] += np.int32(boxes)

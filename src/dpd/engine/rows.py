@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import types, uint64
+from numba import types
 from numba.core import cgutils
 from numba.np.arrayobj import populate_array
 
@@ -419,27 +419,6 @@ def add_tilt(apart, n, tilt, slide):
     """From coordinates along the lattice to those in the box; with minus the tilt, back."""
     for p in range(n):
         apart[slide.flow, p] += tilt * apart[slide.gradient, p]
-
-
-@inlined()
-def farthest_move(x, reference, mine, wrap, edges):
-    """Largest squared distance of a bead from the reference; infinity without a list."""
-    if reference is None:
-        return np.inf
-    here, there, width = flat(x), flat(reference), np.uint64(x.shape[1])
-    begin, end, room, farthest = mine.first * width, mine.end * width, uint64(wrap.shape[1]), 0.0
-    for first in range(begin, end, room):
-        size = min(room, uint64(end - first))
-        for t in range(size):
-            apart = here[first + t] - there[first + t]
-            apart -= wrap[0, t] * np.rint(apart * wrap[1, t])
-            wrap[2, t] = apart * apart
-        for t in range(uint64(0), size, width):
-            r2 = 0.0
-            for k in range(len(edges)):
-                r2 += wrap[2, t + np.uint64(k)]
-            farthest = max(farthest, r2)
-    return farthest
 
 
 @inlined()

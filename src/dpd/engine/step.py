@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine import space
+from dpd.engine import integrate, space
 from dpd.engine.beads import Across, Near, Sampled, add_bath, add_body_force, add_walls, take_sample
 from dpd.engine.forces import Arms, Bonded, Cached, add_bonded, add_some, close_phase, find_slots
 from dpd.engine.integrate import Lost, Times, divide_by_masses, drift, finish, first_lost, slide_to
@@ -40,7 +40,7 @@ from dpd.engine.neighbours import (
     next_pairs,
     place_of_piece,
 )
-from dpd.engine.rows import copy_row, farthest_move, velocity_seen
+from dpd.engine.rows import copy_row, velocity_seen
 from dpd.engine.threads import BLOCKS, barrier, new_round, next_task, share_of
 from dpd.jit import inlined, kernel
 from dpd.physics.common.forces import Forces
@@ -141,7 +141,7 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
             step += 1
             slide_to(step, image, beads.identity, mine, plan.dt, slide)
             drift(beads, force, image, mine, own.wrap, shared.lost[team.rank], pending, plan)
-            shared.moved[team.rank] = farthest_move(
+            shared.moved[team.rank] = integrate.farthest_move(
                 beads.position, reference, mine, own.wrap, edges
             )
             barrier(team)
