@@ -49,8 +49,7 @@ def rescale(simulation: Any, law: Pressure, sums: Sums) -> Sums:
     normal, chance = draw(system.seed, before.step)
     here = look_at(system, law, before, box, sums.of(-1))
     volume = law.trial(here, kT, h, normal)
-    factor = (volume / here.volume) ** (1 / len(law.axes))
-    scaled = tuple(edge * factor if k in law.axes else edge for k, edge in enumerate(box))
+    scaled = scaled_box(box, law.axes, volume / here.volume)
     refuse_box(law, system, scaled, before.step)
     simulation.state = scaled_state(system, before, box, scaled)
     moved = simulation.call(0, [before.step], measure=True)
@@ -93,6 +92,11 @@ def drift(system: System, state: State) -> np.ndarray:
     momenta = np.ascontiguousarray(system.momenta(state))
     mass = np.broadcast_to(system.mass_of(state.species), momenta.shape[1:])
     return momenta.sum(axis=1, keepdims=True) / mass.sum()
+
+
+def scaled_box(box: Box, axes: tuple[int, ...], times: float) -> Box:
+    factor = times ** (1 / len(axes))
+    return tuple(edge * factor if axis in axes else edge for axis, edge in enumerate(box))
 
 
 def scaled_state(system: System, state: State, box: Box, scaled: Box) -> State:
