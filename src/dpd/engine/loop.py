@@ -64,14 +64,8 @@ def run(
         sampled = [at - observer.every for observer, at in zip(lookers, samples)]
         since = now - max((step for step in sampled if step <= now), default=0)
         stop = min([now + length - since % length, last, *samples])
-        while (now := simulation.state.step) < stop:
-            # With the system of this step, and as far as that goes.
-            entered = [each for each in systems if each[0] <= now] or [(0, simulation.system)]
-            *past, (step, system) = entered
-            if system is not simulation.system:
-                before = past[-1][1] if past and step == now else None
-                simulation.go_on_with(system, anew=step == now, before=before)
-            end = min([stop, *(step for step, _ in systems if step > now)])
+        while simulation.state.step < stop:
+            end = _entered(simulation, systems, stop)
             advance_recording(simulation, end, recorders, equilibrate)
         for observer, at in zip(lookers, samples):
             if at == stop:
@@ -86,6 +80,17 @@ def run(
         if stop_now:
             raise Stopped(f"stopped at step {stop} of {last}, as asked", stop_now)
     return last - begun
+
+
+def _entered(simulation, systems, stop):
+    """Let a simulation go on with the system of its step; how far that goes, at most to a stop."""
+    now = simulation.state.step
+    entered = [each for each in systems if each[0] <= now] or [(0, simulation.system)]
+    *former, (step, system) = entered
+    if system is not simulation.system:
+        before = former[-1][1] if former and step == now else None
+        simulation.go_on_with(system, anew=step == now, before=before)
+    return min([stop, *(step for step, _ in systems if step > now)])
 
 
 def advance_recording(
