@@ -134,7 +134,7 @@ def both_codes(name, scene, state, skin, snapshots, reach):
 
 def look(simulation, every):
     """Positions and velocities by identity, and the pressure, some steps later."""
-    sums = simulation.sample(every, [simulation.state.step + every], measure=True)
+    sums = simulation.advance_measured(every)
     state, system = simulation.state, simulation.system
     twice_kinetic = (state.velocity**2).sum()
     pressure = (twice_kinetic + np.trace(sums.virial[0, ALL_FORCES])) / (

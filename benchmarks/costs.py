@@ -66,8 +66,7 @@ def features(scene=None, steps=STEPS, turns=TURNS, say=print):
     pairs = {
         name: (still.advance, simulation_of(scenes[name], starts[name]).advance) for name in NAMED
     }
-    measured = lambda steps: still.sample(steps, [still.state.step + steps], measure=True)  # noqa: E731
-    pairs[VIRIAL] = _one_by_one(still.advance), _one_by_one(measured)
+    pairs[VIRIAL] = _one_by_one(still.advance), _one_by_one(still.advance_measured)
     cost = {}
     for name, advances in pairs.items():
         say(f"cost of {name}")

@@ -140,6 +140,10 @@ class Simulation(Snapshot):
         """Advance by ``steps`` >= 1 steps; for errors see `sample`."""
         self.sample(steps, ())
 
+    def advance_measured(self, steps: int) -> Sums:
+        """The same; sums of the end, with forces, as those of one sample."""
+        return self.sample(steps, [self.state.step + steps], measure=True)
+
     def measure(self) -> Sums:
         """Sums of one sample where the beads are, leaving the state alone."""
         before = self.state
