@@ -4,7 +4,7 @@ import gsd.fl
 import numpy as np
 
 from dpd.engine.simulation import Simulation, Snapshot
-from dpd.engine.space import wrapped
+from dpd.engine.space import unfolded, wrapped
 from dpd.engine.state import State, System
 from dpd.jit import COMPILES
 from dpd.observe.common.measured import observables
@@ -152,6 +152,11 @@ def chains(count, length):
 def by_identity(simulation, name):
     """An array of the state in the order of identities."""
     return simulation.state.by_identity(getattr(simulation.state, name))
+
+
+def unfolded_places(simulation):
+    """(dimension, n) positions by identity, which go on where beads leave the box."""
+    return unfolded(by_identity(simulation, "position"), simulation.state.image, simulation.box)
 
 
 def assert_same_place(found, expected, box, within):

@@ -11,7 +11,7 @@ from dpd.observe.common.snapshot import Snapshot as Seen
 from dpd.observe.displacement import displacements, followed
 from dpd.scene.scene import Scene
 from tests.conftest import SCENE
-from tests.systems import begun, by_identity, values_of
+from tests.systems import begun, by_identity, unfolded_places, values_of
 from tests.test_constant_pressure import FLUID
 from tests.test_shear import FLUID as SHEARED
 
@@ -157,7 +157,7 @@ def test_every_lag_is_that_of_the_whole_run():
 
 def test_every_lag_is_that_of_the_whole_trajectory():
     """For chains with one innermost bead and with two, and centres, in a box that beads leave."""
-    found, places = watched(MOVING, lambda now: now.unfolded)
+    found, places = watched(MOVING, unfolded_places)
     assert np.abs(places).max() > 1.5 * max(MOVING["box"])
     places -= np.mean(places, axis=2, keepdims=True)
     centres = np.stack([places[:, :, list(beads)].mean(axis=2) for beads, _ in MOLECULES], axis=2)

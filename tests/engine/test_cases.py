@@ -9,7 +9,7 @@ from dpd.engine.stress import at_beads, force_and_curvature
 from dpd.jit import COMPILES
 from tests.engine.cases import CASES, SPLIT, beside, simulation_of
 from tests.engine.reference import flow_of
-from tests.systems import assert_same_state, by_identity, fewer_in_python
+from tests.systems import assert_same_state, by_identity, fewer_in_python, unfolded_places
 
 NUDGE = 3e-5  # r_c: few pairs cross the cutoff, and rounding is small in second differences
 # With few kernels, which tests below and in other files share.
@@ -34,7 +34,7 @@ def test_steps_beside_the_reference(name):
         before = reference.position.copy()
         sums = simulation.sample(1, [simulation.state.step + 1], measure=True).of(-1)
         reference.step()
-        assert np.abs(simulation.unfolded - reference.position).max() < 1e-9
+        assert np.abs(unfolded_places(simulation) - reference.position).max() < 1e-9
         velocity = by_identity(simulation, "velocity") + flow_of(system, reference.position)
         assert np.abs(velocity - reference.velocity).max() < 1e-9
         force, scale = reference.force / reference.mass, max(1, np.abs(reference.force).max())

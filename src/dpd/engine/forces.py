@@ -16,13 +16,13 @@ import numpy as np
 from numba import uint32, uint64
 
 from dpd.engine import rows
+from dpd.engine.neighbours import FOUR, fill_up
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS, OF_PAIRS, System
 from dpd.engine.threads import BATCHES, next_task
 from dpd.jit import inlined
 from dpd.physics.common.forces import energy, force, law_of, weight
 from dpd.physics.common.noise import fill_noise
 
-FOUR = uint64(rows.FOUR)
 CLOSEST = 1e-30  # keeps e finite for two beads at the same point; their force is zero
 
 
@@ -270,7 +270,7 @@ def buffers_of(dimension: int, *bonded: Bonded | None) -> Arms | None:
     there = [each for each in bonded if each is not None]
     if not there:
         return None
-    size = max(int(np.diff(each.batch).max()) for each in there) + rows.FOUR
+    size = max(int(np.diff(each.batch).max()) for each in there) + rows.LANES
     return Arms(
         np.empty(size, np.uint32), np.empty(size, np.uint32), np.empty((dimension, size)),
         np.empty(size), np.empty((dimension, size)),
@@ -293,8 +293,7 @@ def gather(arms, bonded, task, x, slot, outer, edges, slide):
     begin, n = uint64(bonded.batch[task]), uint64(bonded.batch[task + 1] - bonded.batch[task])
     for b in range(n):
         i[b], j[b] = slot[members[begin + b, outer]], slot[members[begin + b, 1]]
-    for b in range(n, n + FOUR):
-        i[b], j[b] = uint32(0), uint32(0)
+    fill_up(i, j, n)
     for b in range(uint64(0), n, FOUR):
         rows.apart_to_columns(apart, b, x, i, j, edges, None, None)
     rows.nearest_images(apart, n, edges, slide)

@@ -14,13 +14,7 @@ import numpy as np
 
 from dpd.engine.beads import renew_bath, renew_wall_friction
 from dpd.engine.neighbours import PAIRS_AT_ONCE
-from dpd.engine.rows import (
-    difference_along,
-    flat,
-    of_bead,
-    of_pair,
-    push_apart,
-)
+from dpd.engine.rows import difference_along, flat, of_bead, of_pair, push_apart
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
 from dpd.physics.common.forces import change

@@ -31,7 +31,7 @@ GROUP = np.uint64(4)  # stretches that are lined up before any is searched: stor
 ENOUGH = np.uint64(1024)  # places on a line after which no stretch is added to it
 ROUNDING = 1e-6  # of the largest edge and the cutoff: what single precision takes off a distance
 FAR = np.float32(1e6)  # r_c; where the fillers at the end of a stretch are
-NOWHERE = PAIRS_AT_ONCE + CANDIDATES + FULL  # place of a pair without a distance, the last
+NOWHERE = PAIRS_AT_ONCE + CANDIDATES + FULL  # a place behind all pairs, without a distance
 OF_SLOT = np.uint32((1 << IMAGE) - 1)
 FIRST, SLOT, AFTER, LAST = 0, 1, 2, 3  # see `Line`
 
@@ -107,7 +107,7 @@ def line_buffers(grid: Grid, size: int) -> Line:
 
 @inlined()
 def longest_line(most, grid):
-    """Places on a line at most, after a sort, with what is written beyond its end."""
+    """Places on a line at most, in whole vectors, with what is written beyond its end."""
     cells = grid.base.shape[1] * (min(TOGETHER, grid.shape[len(grid.shape) - 1]) + 2)
     return (cells * most[0] + int64(ENOUGH + FULL + FULL + FULL)) // int64(FULL) * int64(FULL)
 

@@ -359,9 +359,8 @@ def _pack_lanes(builder, source, target, bits):
         some = builder.trunc(builder.lshr(bits, ir.Constant(bits.type, begin)), ir.IntType(lanes))
         at = builder.gep(source, [cgutils.intp_t(begin)])
         entries = builder.load(builder.bitcast(at, kind.as_pointer()), align=size)
-        packed = builder.call(
-            compress, [entries, builder.bitcast(some, chosen), ir.Constant(kind, None)]
-        )
+        mask = builder.bitcast(some, chosen)
+        packed = builder.call(compress, [entries, mask, ir.Constant(kind, None)])
         builder.store(packed, builder.bitcast(target, kind.as_pointer()), align=size)
         target = builder.gep(target, [builder.zext(builder.ctpop(some), ir.IntType(64))])
 

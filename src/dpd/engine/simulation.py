@@ -11,16 +11,7 @@ from dpd.engine.forces import Cached, angles_of, bonds_of, buffers_of
 from dpd.engine.integrate import row_edges, times_of
 from dpd.engine.neighbours import CUTOFF, line_buffers, list_buffers, pair_buffers
 from dpd.engine.rows import aligned, axes_of, row_width, rows_of
-from dpd.engine.space import (
-    TURN,
-    cell_buffers,
-    edges_of,
-    grid_of,
-    slide_of,
-    tilted,
-    unfolded,
-    wrapped,
-)
+from dpd.engine.space import TURN, cell_buffers, edges_of, grid_of, slide_of, tilted, wrapped
 from dpd.engine.state import Beads, State, Sums, System
 from dpd.engine.step import OF_CACHED, OF_LINE, OF_LIST, Own, Plan, Shared, Span, advance
 from dpd.engine.threads import new_team, started
@@ -43,12 +34,6 @@ class Snapshot:
         if state.box is not None:
             return state.box
         return tilted(system.box, system.shear, system.dt, state.step, state.slid or 0)
-
-    @property
-    def unfolded(self) -> np.ndarray:
-        """(dimension, n) positions by identity, which go on where beads leave the box."""
-        state = self.state
-        return unfolded(state.by_identity(state.position), state.image, self.box)
 
     @property
     def volume(self) -> float:
