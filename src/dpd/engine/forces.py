@@ -37,6 +37,13 @@ class Cached(NamedTuple):
     root: np.ndarray  # (species, species): sqrt(gamma) of each pair of species
 
 
+def cache_buffers(dimension: int, size: int, phases: int, gamma: np.ndarray) -> Cached:
+    return Cached(
+        np.empty((2, size), np.uint32), np.empty((dimension, size)),
+        np.zeros(phases + 1, np.int64), np.sqrt(gamma),
+    )  # fmt: skip
+
+
 @inlined(given="friction")
 def gather_friction(pairs, n, v, beads, friction, edges, slide, keys):
     """Find the approach r_ij . v_ij and the random number of ``n`` pairs."""

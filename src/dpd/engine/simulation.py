@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from dpd.engine.beads import DEPTH, DRAG, across_of, near_buffers, sampled_buffers
-from dpd.engine.forces import Cached, angles_of, bonds_of, buffers_of
+from dpd.engine.forces import angles_of, bonds_of, buffers_of, cache_buffers
 from dpd.engine.integrate import row_edges, times_of
 from dpd.engine.neighbours import CUTOFF, line_buffers, list_buffers, pair_buffers
 from dpd.engine.rows import aligned, axes_of, row_width, rows_of
@@ -100,22 +100,7 @@ class Simulation(Snapshot):
             self.state = scaled_state(system, self.state, self.box, system.box)
         self.system = system
         self._spare: Beads | None = None
-        bonds, scheme, forces = bonds_of(system), system.scheme, system.forces
-        self._room = np.zeros(3, np.int64)
-        self._plan: Any = Plan(
-            **_of_box(self.box, system.skin),
-            forces=forces._replace(bond=None, angle=None),  # they are in what follows
-            bonds=bonds,
-            angles=angles_of(system, bonds),
-            scheme=scheme,
-            times=times_of(scheme, system.dt),
-            kick_waits=not (scheme.renewal or scheme.middle or forces.exchange),
-            dt=system.dt,
-            skin=float(system.skin),
-            seed=np.uint64(system.seed),  # type: ignore[arg-type]  # as kernels take it
-            mass=None if system.masses is None else np.asarray(system.masses, float),
-            across=across_of(system),
-        )
+        self._plan, self._room = _plan_of(system, self.box), np.zeros(3, np.int64)
         self._make_buffers()
         unlisted = system.skin > 0 and self.state.reference is None
         if self.state.force is None or unlisted:
@@ -194,15 +179,7 @@ class Simulation(Snapshot):
         force = rows_of(state.force) if steps else np.zeros_like(beads.position)
         shared = self._shared_now(len(at))
         span = Span(state.step, steps, listed, at, measure)
-
-        def take_part(team, own):
-            return advance(team, self._plan, beads, spare, force, reference, shared, own, span)
-
-        first, *rest = zip(new_team(self._threads), self._own)
-        others = [self._others.submit(take_part, *each) for each in rest]
-        in_spare, lost, short = take_part(*first)
-        for other in others:
-            other.result()
+        in_spare, lost, short = self._all_threads(beads, spare, force, reference, shared, span)
         beads, self._spare = (spare, beads) if in_spare else (beads, spare)
         if short:
             need = SPARE_ROOM * shared.need.max(axis=0)
@@ -264,11 +241,7 @@ class Simulation(Snapshot):
             gamma = np.zeros_like(forces.pair.repulsion)
             if again is not None:
                 gamma += again.gamma * (1.0 if again.shares is None else again.shares)
-            size = room[OF_CACHED]
-            cached = Cached(
-                np.empty((2, size), np.uint32), np.empty((dimension, size)),
-                np.zeros(phases + 1, np.int64), np.sqrt(gamma),
-            )  # fmt: skip
+            cached = cache_buffers(dimension, room[OF_CACHED], phases, gamma)
         return Own(
             wrap=row_edges(plan.edges, row_width(dimension)),
             line=line_buffers(plan.grid, room[OF_LINE]),
@@ -327,6 +300,35 @@ class Simulation(Snapshot):
                 "are too soft for this scene: raise walls.repulsion, or lower integrator.dt if the "
                 "run is too hot", int(step),
             )  # fmt: skip
+
+    def _all_threads(self, beads, spare, force, reference, shared, span):
+        def take_part(team, own):
+            return advance(team, self._plan, beads, spare, force, reference, shared, own, span)
+
+        first, *rest = zip(new_team(self._threads), self._own)
+        others = [self._others.submit(take_part, *each) for each in rest]
+        found = take_part(*first)
+        for other in others:
+            other.result()
+        return found
+
+
+def _plan_of(system, box):
+    bonds, scheme, forces = bonds_of(system), system.scheme, system.forces
+    return Plan(
+        **_of_box(box, system.skin),
+        forces=forces._replace(bond=None, angle=None),  # they are in what follows
+        bonds=bonds,
+        angles=angles_of(system, bonds),
+        scheme=scheme,
+        times=times_of(scheme, system.dt),
+        kick_waits=not (scheme.renewal or scheme.middle or forces.exchange),
+        dt=system.dt,
+        skin=float(system.skin),
+        seed=np.uint64(system.seed),
+        mass=None if system.masses is None else np.asarray(system.masses, float),
+        across=across_of(system),
+    )
 
 
 def _of_box(box, skin):
