@@ -13,12 +13,13 @@ from scipy.spatial import cKDTree
 from dpd.engine import integrate
 from dpd.engine.measure import pair_histogram, sorted_beads
 from dpd.engine.neighbours import first_place, near_pairs
-from dpd.engine.rows import axes_of, nearest_images, rows_of
+from dpd.engine.rows import axes_of, rows_of
 from dpd.engine.space import (
     TURN,
     along_axes,
     edges_of,
     nearest,
+    nearest_images,
     slide_of,
     tilted,
     unfolded,

@@ -7,8 +7,8 @@ import numpy as np
 
 from dpd.engine.measure import SMALLEST_CELL, sorted_beads
 from dpd.engine.neighbours import first_place, near_pairs
-from dpd.engine.rows import nearest_image, rows_of
-from dpd.engine.space import edges_of, nearest, wrapped
+from dpd.engine.rows import rows_of
+from dpd.engine.space import edges_of, nearest, nearest_image, wrapped
 from dpd.errors import UserError
 from dpd.jit import inlined, kernel
 

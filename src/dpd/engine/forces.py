@@ -17,6 +17,7 @@ from numba import uint32, uint64
 
 from dpd.engine import rows
 from dpd.engine.neighbours import FOUR, fill_up
+from dpd.engine.space import nearest_images
 from dpd.engine.state import ALL_FORCES, CONSERVATIVE, OF_BONDS, OF_PAIRS, System
 from dpd.engine.threads import BATCHES, next_task
 from dpd.jit import inlined
@@ -303,7 +304,7 @@ def gather(arms, bonded, task, x, slot, outer, edges, slide):
     fill_up(i, j, n)
     for b in range(uint64(0), n, FOUR):
         rows.apart_to_columns(apart, b, x, i, j, edges, None, None)
-    rows.nearest_images(apart, n, edges, slide)
+    nearest_images(apart, n, edges, slide)
     return begin, n
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba import int64, uint32, uint64
 
 from dpd.engine import rows
-from dpd.engine.space import IMAGE, Cells, Grid, Slide, boxes_along
+from dpd.engine.space import IMAGE, Cells, Grid, Slide, boxes_along, nearest_images
 from dpd.engine.threads import BLOCKS, next_task
 from dpd.jit import WIDE, inlined
 
@@ -25,7 +25,6 @@ CUTOFF = 1.0  # of forces
 PAIRS_AT_ONCE = np.uint64(256)  # pairs that are worked on together: their buffers stay in cache
 CANDIDATES = np.uint64(256)  # of a bead that are looked at together: whole words
 WORD = np.uint64(64)  # candidates that leave their bits in one word
-AT_ONCE = np.uint64(4)  # bits that are read off without a look whether there are more
 TOGETHER = 5  # beads in a stretch, about, and cells, at most
 GROUP = np.uint64(4)  # stretches that are lined up before any is searched: stores take their time
 ENOUGH = np.uint64(1024)  # places on a line after which no stretch is added to it
@@ -189,7 +188,7 @@ def find_partners(bead, begin, end, later, limit, line, found, n, edges):
 
     Of the first ones those whose bit in ``later`` is 0 are left out: the bead itself, and beads
     before it. Where there is no instruction to pack, each that is near leaves a bit; bits are read
-    off some at a time, as one branch for each would often be foreseen wrongly.
+    off four at a time, as one branch for each would often be foreseen wrongly.
     """
     position, slot = line.position, line.slot
     if WIDE:
@@ -207,10 +206,10 @@ def find_partners(bead, begin, end, later, limit, line, found, n, edges):
         later = ALL
         at, count = n, rows.popcount(bits)
         while bits != U0:
-            for t in range(AT_ONCE):
+            for t in range(FOUR):
                 found[at + t] = slot[first + rows.lowest(bits)]
                 bits &= uint64(bits - U1)
-            at += AT_ONCE
+            at += FOUR
         n += count
     return n
 
@@ -312,24 +311,14 @@ def near_pairs(at, end, x, search, cutoff):
 def keep_near(pairs, n, limit, edges):
     """Keep those of ``n`` pairs whose squared distance is below a limit; return how many."""
     i, j, separation, kept = pairs.i, pairs.j, pairs.separation, U0
-    if WIDE:
-        for p in range(n, n + FULL):
-            separation[0, p] = FAR
-        for p in range(U0, n, FULL):
-            bits = rows.near(separation, edges, NOWHERE, p, limit)
-            rows.pack_columns(separation, kept, p, bits, edges)
-            rows.pack(i, kept, i, p, bits)
-            rows.pack(j, kept, j, p, bits)
-            kept += rows.popcount(bits)
-        return kept
-    for p in range(n):
-        r2 = 0.0
-        for k in range(len(edges)):
-            r2 += separation[k, p] * separation[k, p]
-            separation[k, kept] = separation[k, p]
-        i[kept], j[kept] = i[p], j[p]
-        if r2 < limit:
-            kept += U1
+    for p in range(n, n + FULL):
+        separation[0, p] = FAR
+    for p in range(U0, n, FULL):
+        bits = rows.near(separation, edges, NOWHERE, p, limit)
+        rows.pack_columns(separation, kept, p, bits, edges)
+        rows.pack(i, kept, i, p, bits)
+        rows.pack(j, kept, j, p, bits)
+        kept += rows.popcount(bits)
     return kept
 
 
@@ -395,5 +384,5 @@ def listed_pairs(first, end, x, slots, search):
     fill_up(i, j, n)
     for p in range(U0, n, FOUR):
         rows.apart_to_columns(separation, p, x, i, j, search.edges, None, None)
-    rows.nearest_images(separation, n, search.edges, search.slide)
+    nearest_images(separation, n, search.edges, search.slide)
     return first + np.int64(n), keep_near(search.pairs, n, CUTOFF * CUTOFF, search.edges)

@@ -15,9 +15,10 @@ from numba import types
 from numba.core import cgutils
 from numba.np.arrayobj import populate_array
 
-from dpd.jit import inlined, intrinsic_for
+from dpd.jit import FEATURES, WIDE, inlined, intrinsic_for
 
-CACHE_LINE = 64  # bytes
+CACHE_LINE, HALF = 64, 32  # bytes: the registers of AVX-512, and of AVX2
+PERMUTES = "+avx2" in FEATURES and not WIDE
 LANES = 16  # entries that instructions for searches take at a time
 FOUR = 4  # pairs whose rows are turned into columns together
 
@@ -345,24 +346,44 @@ def pack(typing, target, to, source, first, bits):
 
 
 def _pack_lanes(builder, source, target, bits):
-    """Pack one vector into another, by pointers; what is too long for a register in two parts."""
+    """Pack one vector into another, by pointers; what is too long for a register in parts."""
     entry = source.type.pointee.element
-    name, size = ("f64", 8) if entry == ir.DoubleType() else ("i32", 4)
-    lanes = CACHE_LINE // size
-    kind, chosen = ir.VectorType(entry, lanes), ir.VectorType(ir.IntType(1), lanes)
-    compress = cgutils.get_or_insert_function(
-        builder.module, ir.FunctionType(kind, [kind, chosen, kind]),
-        f"llvm.experimental.vector.compress.v{lanes}{name}",
-    )  # fmt: skip
+    size = 8 if entry == ir.DoubleType() else 4
+    lanes = (HALF if PERMUTES else CACHE_LINE) // size
+    kind = ir.VectorType(entry, lanes)
     source, target = (builder.bitcast(each, entry.as_pointer()) for each in (source, target))
     for begin in range(0, LANES, lanes):
         some = builder.trunc(builder.lshr(bits, ir.Constant(bits.type, begin)), ir.IntType(lanes))
         at = builder.gep(source, [cgutils.intp_t(begin)])
         entries = builder.load(builder.bitcast(at, kind.as_pointer()), align=size)
-        mask = builder.bitcast(some, chosen)
-        packed = builder.call(compress, [entries, mask, ir.Constant(kind, None)])
+        packed = _packed(builder, entries, some)
         builder.store(packed, builder.bitcast(target, kind.as_pointer()), align=size)
         target = builder.gep(target, [builder.zext(builder.ctpop(some), ir.IntType(64))])
+
+
+def _packed(builder, entries, some):
+    """A vector that begins with the entries whose bit is set.
+
+    AVX2 has no instruction for that: its words are put in an order that a table has for all bits.
+    """
+    kind, lanes = entries.type, some.type.width
+    if not PERMUTES:
+        chosen = ir.VectorType(ir.IntType(1), lanes)
+        name = f"llvm.experimental.vector.compress.v{lanes}{kind.element.intrinsic_name}"
+        form = ir.FunctionType(kind, [kind, chosen, kind])
+        compress = cgutils.get_or_insert_function(builder.module, form, name)
+        arguments = entries, builder.bitcast(some, chosen), ir.Constant(kind, None)
+        return builder.call(compress, arguments)
+    words, order = ir.VectorType(ir.IntType(32), 8), ir.VectorType(ir.IntType(8), 8)
+    chosen = [np.repeat([b >> t & 1 for t in range(lanes)], 8 // lanes) for b in range(2**lanes)]
+    table = [ir.Constant(order, np.argsort(1 - bits, kind="stable").tolist()) for bits in chosen]
+    table = ir.Constant(ir.ArrayType(order, len(table)), table)
+    place = [cgutils.intp_t(0), builder.zext(some, cgutils.intp_t)]
+    place = builder.gep(cgutils.global_constant(builder, "orders", table), place)
+    form = ir.FunctionType(words, [words, words])
+    permute = cgutils.get_or_insert_function(builder.module, form, "llvm.x86.avx2.permd")
+    arguments = builder.bitcast(entries, words), builder.zext(builder.load(place), words)
+    return builder.bitcast(builder.call(permute, arguments), kind)
 
 
 def _pack_columns(array, to, first, bits, edges):
@@ -393,32 +414,6 @@ def inverse_root(x):
     y = np.float64(np.float32(1.0) / np.sqrt(np.float32(x)))
     error = 1.0 - x * y * y
     return y + y * error * (0.5 + 0.375 * error)
-
-
-@inlined()
-def nearest_image(apart, edge):
-    """A separation along an axis at its nearest image."""
-    return apart - edge * np.rint(apart / edge)
-
-
-@inlined()
-def nearest_images(apart, n, edges, slide):
-    """Put the first ``n`` separations of a (dimension, size) array at their nearest image."""
-    if slide is not None:
-        add_tilt(apart, n, -slide.tilt[0], slide)
-    for k in range(len(edges)):
-        edge = edges[k]
-        for p in range(n):
-            apart[k, p] = nearest_image(apart[k, p], edge)
-    if slide is not None:
-        add_tilt(apart, n, slide.tilt[0], slide)
-
-
-@inlined()
-def add_tilt(apart, n, tilt, slide):
-    """From coordinates along the lattice to those in the box; with minus the tilt, back."""
-    for p in range(n):
-        apart[slide.flow, p] += tilt * apart[slide.gradient, p]
 
 
 @inlined()

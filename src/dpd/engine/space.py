@@ -37,7 +37,6 @@ from dpd.jit import inlined, inlined_exactly
 if TYPE_CHECKING:
     from dpd.physics.shear import Shear
 
-
 TURN = 2**64  # parts of an edge
 
 
@@ -245,14 +244,31 @@ def cell_buffers(grid: Grid, beads: int, threads: int) -> Cells:
     if beads > 1 << IMAGE:
         raise UserError(f"{beads} beads: at most {1 << IMAGE} can be sorted into cells")
     cells = int(np.prod(grid.shape))
-    return Cells(
-        np.empty(cells + 1, np.uint32),
-        np.zeros((len(grid.shape), beads + LANES), np.float32),
-        np.empty(beads, np.uint32),
-        np.empty(beads, np.uint32),
-        np.empty((threads, cells), np.uint32),
-        np.empty(1, np.int64),
-    )
+    single = np.zeros((len(grid.shape), beads + LANES), np.float32)
+    sizes = cells + 1, beads, beads, (threads, cells)
+    start, cell, place, free = (np.empty(size, np.uint32) for size in sizes)
+    return Cells(start, single, cell, place, free, np.empty(1, np.int64))
+
+
+@inlined()
+def nearest_image(apart, edge):
+    """A separation along an axis at its nearest image."""
+    return apart - edge * np.rint(apart / edge)
+
+
+@inlined()
+def nearest_images(apart, n, edges, slide):
+    """Put the first ``n`` separations of a (dimension, size) array at their nearest image."""
+    if slide is not None:  # to coordinates along the lattice
+        for p in range(n):
+            apart[slide.flow, p] -= slide.tilt[0] * apart[slide.gradient, p]
+    for k in range(len(edges)):
+        edge = edges[k]
+        for p in range(n):
+            apart[k, p] = nearest_image(apart[k, p], edge)
+    if slide is not None:
+        for p in range(n):
+            apart[slide.flow, p] += slide.tilt[0] * apart[slide.gradient, p]
 
 
 @inlined_exactly()

@@ -15,9 +15,8 @@ import numpy as np
 
 from dpd.engine.crossings import crossing_bonds, segments_meet
 from dpd.engine.loop import advance_looking
-from dpd.engine.rows import nearest_image
 from dpd.engine.simulation import Simulation
-from dpd.engine.space import edges_of, nearest
+from dpd.engine.space import edges_of, nearest, nearest_image
 from dpd.engine.state import State, System
 from dpd.errors import UserError
 from dpd.jit import inlined, kernel
