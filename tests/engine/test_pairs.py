@@ -1,6 +1,8 @@
 """Images that may slide, and the search that finds the pairs that looking at all of them finds."""
 
 import itertools
+import subprocess
+import sys
 from fractions import Fraction
 
 import numpy as np
@@ -10,23 +12,13 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
-from dpd.engine import integrate
+from dpd.engine import integrate, space
 from dpd.engine.measure import pair_histogram, sorted_beads
 from dpd.engine.neighbours import first_place, near_pairs
 from dpd.engine.rows import axes_of, rows_of
-from dpd.engine.space import (
-    TURN,
-    along_axes,
-    edges_of,
-    nearest,
-    nearest_images,
-    slide_of,
-    tilted,
-    unfolded,
-    wrapped,
-)
+from dpd.engine.space import edges_of, nearest, wrapped
 from dpd.engine.threads import Share
-from dpd.jit import kernel
+from dpd.jit import FEATURES, kernel
 from dpd.physics.shear import Shear
 from tests.systems import BOX_2D, BOX_3D, make_simulation, make_system, random_beads
 
@@ -42,7 +34,7 @@ def tilt_at(slide, step):
 
 @kernel()
 def nearest_in_kernel(apart, edges, slide):
-    nearest_images(apart, apart.shape[1], edges, slide)
+    space.nearest_images(apart, apart.shape[1], edges, slide)
 
 
 @kernel()
@@ -67,7 +59,7 @@ def fill_pairs(one, other, apart, beads, cutoff):
 
 def lattice(box):
     """(images, dimension) vectors of the lattice of images around a box."""
-    vectors, counts, slide = np.diag(np.array(box)), [range(-2, 3)] * len(box), slide_of(box)
+    vectors, counts, slide = np.diag(np.array(box)), [range(-2, 3)] * len(box), space.slide_of(box)
     if slide is not None:
         vectors[slide.gradient, slide.flow] = box.tilt * box[slide.gradient]
         counts[slide.flow] = range(-5, 6)
@@ -85,7 +77,7 @@ def pairs_by_looking(position, box):
 
 def box_with(edges, shear, turns):
     """A box whose images have slid by some share of an edge."""
-    return tilted(edges, shear, 0.04, 0, round(turns * TURN) % TURN)
+    return space.tilted(edges, shear, 0.04, 0, round(turns * space.TURN) % space.TURN)
 
 
 @st.composite
@@ -192,11 +184,11 @@ def test_images_are_images(case, more, less):
     for function in (lambda x: wrapped(x, box), lambda x: inside_by_kernel(x, box)):
         inside, image = function(away)
         assert (inside >= 0).all() and (inside < edges).all()
-        np.testing.assert_allclose(unfolded(inside, image, box), away, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(space.unfolded(inside, image, box), away, rtol=0, atol=1e-11)
     apart = away[:, :1] - away
     for function in (lambda x: nearest(x, box), lambda x: nearest_by_kernel(x, box)):
         found = function(apart)
-        boxes = along_axes(apart - found, box) / edges
+        boxes = space.along_axes(apart - found, box) / edges
         np.testing.assert_allclose(boxes, np.rint(boxes), rtol=0, atol=1e-11)
         others = np.sqrt(((found[:, :, None] + lattice(box).T[:, None, :]) ** 2).sum(axis=0))
         least, length = others.min(axis=1), np.sqrt((found**2).sum(axis=0))
@@ -207,13 +199,13 @@ def test_images_are_images(case, more, less):
 def inside_by_kernel(position, box):
     rows, image = rows_of(position), np.zeros(position.T.shape, np.int32)
     identity = np.arange(len(rows)).astype(np.uint32)
-    inside_in_kernel(rows, image, identity, np.zeros((2, 1)), edges_of(box), slide_of(box))
+    inside_in_kernel(rows, image, identity, np.zeros((2, 1)), edges_of(box), space.slide_of(box))
     return axes_of(rows, len(position)), image.T
 
 
 def nearest_by_kernel(apart, box):
     found = np.ascontiguousarray(apart)
-    nearest_in_kernel(found, edges_of(box), slide_of(box))
+    nearest_in_kernel(found, edges_of(box), space.slide_of(box))
     return found
 
 
@@ -227,13 +219,26 @@ def test_the_slide_is_exact_after_any_number_of_steps(step, rate, dt, box):
     """By fractions: the speed of the slide is rounded to 2^-65 of an edge, once; the kernel has
     the same bits as NumPy."""
     shear = Shear(rate, 0, 1)
-    found = tilted(box, shear, dt, step)
+    found = space.tilted(box, shear, dt, step)
     turns = Fraction(found.tilt) * Fraction(box[1]) / Fraction(box[0])
     exact = Fraction(rate) * Fraction(dt) * step * Fraction(box[1]) / Fraction(box[0])
     off = (turns - exact) % 1
     assert min(off, 1 - off) < Fraction(step, 2**65) + Fraction(1, 2**51)
     assert abs(turns) <= Fraction(1, 2) + Fraction(1, 2**51)
-    assert tilt_at(tilted(box, shear, dt, 0).slide, step) == found.tilt
-    later = tilted(box, shear, dt, step, begun=12345 * 2**50)
+    assert tilt_at(space.tilted(box, shear, dt, 0).slide, step) == found.tilt
+    later = space.tilted(box, shear, dt, step, begun=12345 * 2**50)
     assert tilt_at(later.slide, step) == later.tilt
-    assert (later.slid - found.slid - 12345 * 2**50 + 2**13) % TURN < 2**14
+    assert (later.slid - found.slid - 12345 * 2**50 + 2**13) % space.TURN < 2**14
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("missing", [("avx512",), ("avx", "fma", "f16c", "vaes", "vpclmul")])
+def test_less_of_a_processor(missing, monkeypatch):
+    """The same pairs where instructions are missing that these tests' own processor may have."""
+    left = FEATURES
+    for name in missing:
+        left = left.replace(f"+{name}", f"-{name}")
+    monkeypatch.setenv("NUMBA_CPU_FEATURES", left)
+    monkeypatch.setenv("NUMBA_CPU_NAME", "x86-64")
+    tests = [sys.executable, "-m", "pytest", "-m", "not thorough", "-k", "pair", __file__]
+    subprocess.run(tests, check=True)

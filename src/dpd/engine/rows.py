@@ -347,9 +347,8 @@ def pack(typing, target, to, source, first, bits):
 
 def _pack_lanes(builder, source, target, bits):
     """Pack one vector into another, by pointers; what is too long for a register in parts."""
-    entry = source.type.pointee.element
-    size = 8 if entry == ir.DoubleType() else 4
-    lanes = (HALF if PERMUTES else CACHE_LINE) // size
+    size = 8 if source.type.pointee.element == ir.DoubleType() else 4
+    entry, lanes = ir.IntType(8 * size), (HALF if PERMUTES else CACHE_LINE) // size
     kind = ir.VectorType(entry, lanes)
     source, target = (builder.bitcast(each, entry.as_pointer()) for each in (source, target))
     for begin in range(0, LANES, lanes):
