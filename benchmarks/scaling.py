@@ -20,10 +20,10 @@ from dpd.folders import ROOT
 from dpd.scene.scene import Scene
 from dpd.start.common.make import make_start
 
-BEADS = (1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000)
+BEADS = (1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000)
 DENSITIES = (1, 2, 3, 4, 5, 6, 7, 8)
 AT = 24_000  # beads, for the densities
-WORK, LEAST = 3e6, 20  # bead-steps in a turn, and steps at least
+WORK, LEAST = 3e6, 10  # bead-steps in a turn, and steps at least
 SETTLE = 180  # steps at density 1 that take the heat of random positions away; fewer at higher
 SETTLE_STEP = 0.02  # tau
 HOTTEST = 1.5  # kT; hotter, beads would not stand as in a fluid at rest
