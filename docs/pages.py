@@ -27,7 +27,7 @@ from dpd.report import rows as verdicts
 from dpd.report.figures import load_module
 from dpd.report.keys import section_rows
 from dpd.report.rows import Row
-from dpd.report.text import label
+from dpd.report.text import label, typeset
 from dpd.report.text import rendered as rendered_from
 from dpd.scene.scene import Scene
 from dpd.start.common.make import system_of
@@ -156,7 +156,7 @@ def _open_rows(paper, rows):
         elif "an upper bound" in entry["note"] and entry["published"].startswith("<"):
             longer = entry["value"] / float(entry["published"].strip("< "))
         known = hours > 0 and math.isfinite(longer)
-        table.append((row, f"{longer * hours:.2g}" if known else "–"))
+        table.append((row, typeset(f"{longer * hours:.2g}") if known else "–"))
     return table
 
 

@@ -89,13 +89,14 @@ def _largest_miss(data):
 
 
 def _power(data):
-    """d ln Sc / d ln gamma between the two largest frictions."""
+    """d ln (Sc - 1/2) / d ln gamma between the two largest frictions: 2 by Eq. 37."""
     if data.sizes["gamma"] < 2:
         return Measured(np.nan, np.nan)
     low, high = (data.isel(gamma=k) for k in (-2, -1))
     span = float(np.log(high.gamma / low.gamma))
-    power = float(np.log(high.Sc / low.Sc)) / span
-    error = float(np.hypot(low.Sc_error / low.Sc, high.Sc_error / high.Sc)) / span
+    above = [float(at.Sc) - 0.5 for at in (low, high)]
+    power = np.log(above[1] / above[0]) / span
+    error = np.hypot(float(low.Sc_error) / above[0], float(high.Sc_error) / above[1]) / span
     return Measured(
         power, error,
         f"from gamma {float(low.gamma):g} to {float(high.gamma):g}, Sc {float(low.Sc):.2f} and "

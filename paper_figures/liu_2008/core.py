@@ -113,7 +113,7 @@ def draw(data):
     lengths.legend(loc="upper left")
     for force in data.force.values:
         at, color = data.sel(force=force), COLORS.get(force, BLACK)
-        label = rf"{force:g}: {float(at.kappa):.4f} ± {COVERAGE * float(at.kappa_error):.4f}"
+        label = f"{force:g}: {with_error(float(at.kappa), COVERAGE * float(at.kappa_error))}"
         if force == FORCE:
             pressure.axhline(1, color=color, label=label)
         else:

@@ -54,7 +54,7 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
         if not quantity.startswith(SAME):
             named_last = quantity
         else:  # in a sorted table it must say of what it is the same
-            quantity = f"{named_last}; likewise{quantity.removeprefix(SAME)}"
+            quantity = f"{quantity.removeprefix(SAME).lstrip(', ')}; otherwise: {named_last}"
         long_one, z, number = long_runs.get(_key(entry)), entry["deviation_sigma"], None
         with suppress(ValueError):  # of a range in words
             number = float(entry["published"])
