@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from dpd.report.draw import draw as draw
     from dpd.scene.scene import Scene as Scene
 
-__version__ = "0.2.0"  # the one place: pyproject.toml reads it
+__version__ = "0.3.0"  # the one place: pyproject.toml reads it
 
 # Imported at their first use: to import what compiles and what plots takes two seconds.
 _MODULES = {
