@@ -123,8 +123,8 @@ def manifest_text(manifest: dict[str, Any]) -> bytes:
 
 
 def table_text(rows: Sequence[Row]) -> bytes:
-    """A verdict table as its file has it."""
-    return pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False).encode()
+    """A verdict table as its file has it, but for digits in which processors differ."""
+    return pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.10g").encode()
 
 
 def keep_whole(
