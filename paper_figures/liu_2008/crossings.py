@@ -28,8 +28,8 @@ PAPER_SHOWS = (
     "a check of ours. F is the core force F_max, C the spring constant, N the chain length."
 )
 ERRORS = "Bars: 95 % intervals of the mean of a Poisson distribution, given the count."
-SYMBOLS = {"force": "F", "stiffness": "C", "length": "N", "r_s": "r_s"}
-SYSTEMS = {"sets": "", "melts": "set (1), Fig. 6, ", "rigidity": "N 20, ", "radius": "N 20, "}
+SYMBOLS = {"force": "F", "stiffness": "C", "r_s": "r_s"}
+SYSTEMS = {"sets": "", "rigidity": "N 20, ", "radius": "N 20, "}
 NAMES = SETS | {"standard": "standard DPD"}
 USED = ["scene", "kT", "crossing_time", "crossings_begun", "beads", "crossings"]
 PAPER_BONDS = PAPER_BEADS * (PAPER_LENGTH - 1) / PAPER_LENGTH
@@ -50,7 +50,6 @@ def compute(sweeps):
             label = ", ".join(_label(axis, at[axis].item(), length) for axis in axes)
             rows.append({
                 "run": SYSTEMS[name] + label,
-                "sweep": name,
                 "begun": float(at.crossings_begun.sum()),
                 "exposure": float(at.beads.sum()) * (length - 1) / length * time,
                 "first": float(at.crossings.isel(crossing_sample=0).sum()),
@@ -60,7 +59,6 @@ def compute(sweeps):
     units = {"begun": "1", "exposure": "tau", "first": "1", "most_at_once": "1"}
     for name, unit in units.items():
         data[name] = ("run", [row[name] for row in rows], {"units": unit})
-    data["sweep"] = ("run", [row["sweep"] for row in rows])
     data.exposure.attrs["long_name"] = "bonds times time"
     return data
 
@@ -73,8 +71,9 @@ def _label(axis, value, length):
 def measured(data):
     """Crossings of the paper's sets, and in melts as they were grown."""
     found = {}
+    of_sets = data.isel(run=["set (" in run for run in data.run.values])
     for number in (1, 2):
-        at = data.isel(run=[k for k, run in enumerate(data.run.values) if f"set ({number})" in run])
+        at = of_sets.isel(run=[f"set ({number})" in run for run in of_sets.run.values])
         count, exposure = float(at.begun.sum()), float(at.exposure.sum())
         rate = f"rate {count / exposure:.2g}" if count else f"rate < {NONE_SEEN / exposure:.1e}"
         share = exposure / PAPER_EXPOSURE
@@ -88,9 +87,8 @@ def measured(data):
             else f"less than {ENOUGH:.0%} of the paper's bonds times time"
         )
         found[f"crossings_{number}"] = Measured(count, 0.0, note, few)
-    grown = data.where(data.sweep == "melts", drop=True)
-    note = f"{grown.sizes['run']} melts, at the first look after equilibration"
-    found["grown"] = Measured(float(grown["first"].sum()), 0.0, note)
+    note = f"{of_sets.sizes['run']} melts, at the first look after equilibration"
+    found["grown"] = Measured(float(of_sets["first"].sum()), 0.0, note)
     return found
 
 
