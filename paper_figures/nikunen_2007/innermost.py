@@ -89,9 +89,10 @@ def draw(data):
                           linewidth=0.9, label=f"$t^{{{text}}}$")  # fmt: skip
     for power, style in ((ROUSE, "-."), (TUBE, ":")):
         right.axhline(power, color=BLACK, linestyle=style, linewidth=0.9)
+    scale = "log" if data.inner.notnull().any() else "linear"  # a logarithm of nothing fails
     for panel in (left, right):
-        panel.set(xscale="log", xlabel=r"time $t$ / $\tau_0$")
-    left.set(yscale="log", ylabel=r"$g_1$, $g_{cm}$ / $r_c^2$")
+        panel.set(xscale=scale, xlabel=r"time $t$ / $\tau_0$")
+    left.set(yscale=scale, ylabel=r"$g_1$, $g_{cm}$ / $r_c^2$")
     right.set(ylim=(0, 1), ylabel=r"local slope d ln $g_1$ / d ln $t$")
     left.legend(loc="upper left")
     return figure
