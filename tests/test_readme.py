@@ -172,7 +172,7 @@ def test_counts_and_deviations(archived):
     link = "[one](paper_figures/one/README.md)"
     assert f"| {link} | 3 | 1 | 2 | 0 | 1 of 1 | 0 of 1 |" in lines and "old" not in lines
     rows = documents.rows_of_archive("fast")
-    lines = rendered("deviations.md.j2", rows=rows).splitlines()
+    lines = rendered("verdicts.md.j2", rows=rows).splitlines()
     assert "| Figure 2 | peak | 0.5 rounding 0.005 | 0.5200 ± 0.0040 | 5.0 |" in lines
 
 
