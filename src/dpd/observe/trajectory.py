@@ -53,15 +53,11 @@ class Trajectory(Observable, key="trajectory"):
         return {"frames": np.zeros(1, np.int64), "digests": digests}
 
     @once
-    def written(self, scene: Any) -> np.ndarray:
-        """(beads,) bool array: which beads are."""
-        return np.isin(scene.species, self.species or scene.species)[scene.kinds]
-
-    @once
-    def molecule(self, scene: Any) -> np.ndarray:
-        """(beads,) array: the number of the molecule of each that is written."""
-        molecule = np.repeat(np.arange(len(scene.lengths)), scene.lengths)
-        return np.unique(molecule[self.written(scene)], return_inverse=True)[1].astype(np.int32)
+    def written(self, scene: Any) -> tuple[np.ndarray, np.ndarray]:
+        """(beads,) bool array: which beads are; the number of the molecule of each of those."""
+        written = np.isin(scene.species, self.species or scene.species)[scene.kinds]
+        molecule = np.repeat(np.arange(len(scene.lengths)), scene.lengths)[written]
+        return written, np.unique(molecule, return_inverse=True)[1].astype(np.int32)
 
     def measure(self, now: Any) -> Any:
         from dpd.particles.gsd_files import frame_of
@@ -73,8 +69,9 @@ class Trajectory(Observable, key="trajectory"):
         scene, state = now.scene, now.state
         velocity = state.by_identity(state.velocity) if self.velocities else None
         beads = of_scene(scene, now.lattice, now.coordinates, state.image, velocity, state.step)
-        frame = frame_of(beads.only(self.written(scene)), np.float32)
-        frame.particles.body = self.molecule(scene)
+        written, molecule = self.written(scene)
+        frame = frame_of(beads.only(written), np.float32)
+        frame.particles.body = molecule
         said = {"time": now.time, "dt": now.system.dt, "kT": now.system.kT}
         frame.log = {name: np.array([value]) for name, value in said.items()}
         if self.forces:
@@ -85,7 +82,7 @@ class Trajectory(Observable, key="trajectory"):
             virials = np.pad(found.virial, ((0, 0), more, more))[:, *np.triu_indices(3)]
             named = np.pad(found.force, ((0, 0), more)), found.energy, virials
             for name, each in zip(("forces", "energies", "virials"), named):
-                frame.log[f"particles/{name}"] = each[self.written(scene)].astype(np.float32)
+                frame.log[f"particles/{name}"] = each[written].astype(np.float32)
         frames = now.kept["frames"]
         now.kept["digests"][frames[0]] = now.file.append(frame)
         frames += 1
