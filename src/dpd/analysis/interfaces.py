@@ -211,35 +211,33 @@ def sweep_chi(sweep: xr.Dataset, axis: str) -> xr.Dataset:
     ``sweep``: collected runs of two species in slabs, with profiles. Result: `FOUND` over the axis.
     """
     sweep = sweep[["scene", "density_profile"]]  # choosing runs costs for each variable there is
-    rows = [_chi_of_point(sweep.isel({axis: place})) for place in range(sweep.sizes[axis])]
+    rows = []
+    for place in range(sweep.sizes[axis]):
+        runs = sweep.isel({axis: place})
+        scene = first_scene(runs)
+        profiles = runs.density_profile.transpose("replica", "block", "species", "z").values
+        a = scene.species.index(scene.molecules[0].beads[0])  # which began in the first half
+        seen = [slabs(each[:, [a, 1 - a]], runs.z.values, max(scene.box)) for each in profiles]
+        parts = [composition(part) for part in seen]
+        widths, width_errors = np.transpose([interface_width(part) for part in seen])
+        together = Composition(
+            float(np.mean([part.fraction for part in parts])),
+            float(np.sqrt(sum(part.error**2 for part in parts))) / len(parts),
+            max((part.drift for part in parts), key=abs),
+            float(sum(part.samples for part in parts)),
+            any(part.mixed for part in parts),
+        )
+        chi = chi_and_error(together.fraction, together.error, len(scene.molecules[0].beads))
+        rows.append(together._asdict() | {
+            "chi": chi[0],
+            "chi_error": chi[1],
+            "settled": float(together.settled),
+            "width": float(widths.mean()),
+            "width_error": float(np.sqrt((width_errors**2).sum())) / len(widths),
+            "excess_repulsion": scene.repulsion[a, 1 - a] - scene.repulsion[a, a],
+        })  # fmt: skip
     variables = {  # put in at once: one by one each would be aligned with all others
         name: (axis, [row[name] for row in rows], {"units": u, "long_name": name.replace("_", " ")})
         for name, u in FOUND.items()
     }
     return xr.Dataset(variables, {axis: sweep[axis]})
-
-
-def _chi_of_point(runs):
-    """What `sweep_chi` says of one point, by name."""
-    scene = first_scene(runs)
-    profiles = runs.density_profile.transpose("replica", "block", "species", "z").values
-    a = scene.species.index(scene.molecules[0].beads[0])  # which began in the first half
-    seen = [slabs(each[:, [a, 1 - a]], runs.z.values, max(scene.box)) for each in profiles]
-    parts = [composition(part) for part in seen]
-    widths, width_errors = np.transpose([interface_width(part) for part in seen])
-    together = Composition(
-        float(np.mean([part.fraction for part in parts])),
-        float(np.sqrt(sum(part.error**2 for part in parts))) / len(parts),
-        max((part.drift for part in parts), key=abs),
-        float(sum(part.samples for part in parts)),
-        any(part.mixed for part in parts),
-    )
-    chi = chi_and_error(together.fraction, together.error, len(scene.molecules[0].beads))
-    return together._asdict() | {
-        "chi": chi[0],
-        "chi_error": chi[1],
-        "settled": float(together.settled),
-        "width": float(widths.mean()),
-        "width_error": float(np.sqrt((width_errors**2).sum())) / len(widths),
-        "excess_repulsion": scene.repulsion[a, 1 - a] - scene.repulsion[a, a],
-    }

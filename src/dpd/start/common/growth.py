@@ -278,8 +278,25 @@ def _random_places(system, count, rng):
 
 def grown(page: Any, scene: Scene, progress: Callable[[int], object] | None) -> State:
     """Molecules, grown and relaxed; `UserError` where growth stalls or bonds cross."""
-    description = start_description(scene)
-    state = _polymerized(scene, page.polymerize, description["seed"], description["kT"], progress)
+    description, settings = start_description(scene), page.polymerize
+    best, last_gain = 0, SETTLE / settings.dt
+    for growth, state in rounds(scene, description["seed"], description["kT"], progress):
+        if growth.made - growth.undone > best:
+            best, last_gain = growth.made - growth.undone, state.step
+        if (state.step - last_gain) * settings.dt > STALL:
+            raise UserError(
+                f"{scene.where}: start.polymerize: after {state.step * settings.dt - SETTLE:.0f} "
+                f"tau no chain grows any more: {growth.bonded} of {growth.target} beads are in "
+                f"chains. Raise start.polymerize.spare (now {settings.spare:g}), initiators (now "
+                f"{settings.initiators:g}) or radius (now {settings.radius:g}), or ask for shorter "
+                f"chains. {growth.undone} bonds were crossed and undone: if that is many, take a "
+                "larger core or stiffer bonds in start.forces"
+            )
+    # The finished chains alone, numbered in the scene's order.
+    taken = np.concatenate([growth.beads[c, : growth.full[c]] for c in growth.finished()])
+    place, velocity = (state.by_identity(x)[:, taken] for x in (state.position, state.velocity))
+    species = None if state.species is None else state.by_identity(state.species)[taken]
+    state = State(place, velocity, None, np.arange(len(taken), dtype=np.uint32), species, 0)
     if page.relax:
 
         def look(system, state):
@@ -296,7 +313,7 @@ def grown(page: Any, scene: Scene, progress: Callable[[int], object] | None) -> 
     # Chains that grow and spare monomers that vanish leave flows across the box, which only
     # viscosity would bring to rest.
     rng = np.random.default_rng([description["seed"], 1])
-    mass = start_system(scene, page.polymerize.dt).mass_of(state.species)
+    mass = start_system(scene, settings.dt).mass_of(state.species)
     state.velocity = thermal_velocities(state.position.shape, description["kT"], rng, mass)
     return state
 
@@ -339,25 +356,3 @@ def rounds(scene: Scene, seed: int, kT: float, progress: Any) -> Iterator[tuple[
         growth.undone += growth.undo_crossed(state.by_identity(state.position), box)
         look()
         yield growth, state
-
-
-def _polymerized(scene, settings, seed, kT, progress):
-    """Molecules grown from free monomers."""
-    best, last_gain = 0, SETTLE / settings.dt
-    for growth, state in rounds(scene, seed, kT, progress):
-        if growth.made - growth.undone > best:
-            best, last_gain = growth.made - growth.undone, state.step
-        if (state.step - last_gain) * settings.dt > STALL:
-            raise UserError(
-                f"{scene.where}: start.polymerize: after {state.step * settings.dt - SETTLE:.0f} "
-                f"tau no chain grows any more: {growth.bonded} of {growth.target} beads are in "
-                f"chains. Raise start.polymerize.spare (now {settings.spare:g}), initiators (now "
-                f"{settings.initiators:g}) or radius (now {settings.radius:g}), or ask for shorter "
-                f"chains. {growth.undone} bonds were crossed and undone: if that is many, take a "
-                "larger core or stiffer bonds in start.forces"
-            )
-    # The finished chains alone, numbered in the scene's order.
-    taken = np.concatenate([growth.beads[c, : growth.full[c]] for c in growth.finished()])
-    place, velocity = (state.by_identity(x)[:, taken] for x in (state.position, state.velocity))
-    species = None if state.species is None else state.by_identity(state.species)[taken]
-    return State(place, velocity, None, np.arange(len(taken), dtype=np.uint32), species, 0)
