@@ -186,25 +186,17 @@ def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
     if np.isnan(measured.error):
         return Judgement(NOT_REACHED, reason="the run is too short for an error")
     if "range" in entry:
-        return _judge_range(entry["range"], measured)
-    return _judge_value(entry, measured)
-
-
-def _judge_range(limits, measured):
-    """Of a value that should lie between two limits."""
-    low, high = (end if limit is None else limit for limit, end in zip(limits, (-np.inf, np.inf)))
-    outside = max(low - measured.value, measured.value - high)  # negative inside
-    reach = AGREE * measured.error
-    if abs(outside) < reach:
-        reason = "two standard errors reach across a limit of the range"
-        return Judgement(NOT_REACHED, outside / measured.error, reach, reason)
-    if outside <= 0:
-        return Judgement(REPLICATED, 0.0, reach)
-    return Judgement(DEVIATES, outside / measured.error if measured.error else np.inf, reach)
-
-
-def _judge_value(entry, measured):
-    """Of a value that should be another one."""
+        low, high = (
+            end if limit is None else limit for limit, end in zip(entry["range"], (-np.inf, np.inf))
+        )
+        outside = max(low - measured.value, measured.value - high)  # negative inside
+        reach = AGREE * measured.error
+        if abs(outside) < reach:
+            reason = "two standard errors reach across a limit of the range"
+            return Judgement(NOT_REACHED, outside / measured.error, reach, reason)
+        if outside <= 0:
+            return Judgement(REPLICATED, 0.0, reach)
+        return Judgement(DEVIATES, outside / measured.error if measured.error else np.inf, reach)
     difference = measured.value - entry["value"]
     # Rounding is a uniform error of half a last digit either way.
     rounding = entry.get("rounding", 0.0)

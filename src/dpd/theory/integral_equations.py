@@ -82,8 +82,27 @@ def solve(
     rho = np.atleast_1d(checked("density", densities))
     a = np.atleast_2d(checked("repulsion", repulsions))
     first = _gamma_of(-potentials(a), rho) if start is None else start.gamma
-    found = _converged(rho, a, first)
-    return _raised(rho, a) if found is None else found
+    if (found := _converged(rho, a, first)) is not None:
+        return found
+    # The repulsions are raised from 0 in steps, each from the structure before it. Small ones:
+    # beyond states without a solution there may be some that do not belong to the fluid.
+    last = Structure(rho, 0 * a, potentials(0 * a), potentials(0 * a))
+    reached, part = 0.0, LARGEST_PART
+    while reached < 1:
+        aim = min(reached + part, 1.0)
+        found = _converged(rho, aim * a, last.gamma)
+        if found is not None:
+            last, reached = found, aim
+        elif part > max(CLOSEST * reached, SMALLEST_PART):
+            part /= 2
+        else:
+            fluid = ", ".join(f"{value:.5g}" for value in rho)
+            each = ", ".join(f"{value:.5g}" for value in a[np.triu_indices(len(rho))])
+            raise ValueError(
+                f"HNC has no solution at density {fluid} and repulsion {each}; the last state that "
+                f"converged has repulsions {reached:.4g} times these"
+            )
+    return last
 
 
 def checked(
@@ -158,27 +177,3 @@ def _converged(rho, a, start):
     matrices = np.eye(len(root)) - root[:, None] * transform(found.c) * root
     stable = np.isfinite(matrices).all() and np.linalg.eigvalsh(matrices).min() > 0
     return found if stable else None
-
-
-def _raised(rho, a):
-    """Raise the repulsions from 0 in steps, each from the structure before it.
-
-    Small ones: beyond states without a solution there may be some that do not belong to the fluid.
-    """
-    last = Structure(rho, 0 * a, potentials(0 * a), potentials(0 * a))
-    reached, part = 0.0, LARGEST_PART
-    while reached < 1:
-        aim = min(reached + part, 1.0)
-        found = _converged(rho, aim * a, last.gamma)
-        if found is not None:
-            last, reached = found, aim
-        elif part > max(CLOSEST * reached, SMALLEST_PART):
-            part /= 2
-        else:
-            densities = ", ".join(f"{value:.5g}" for value in rho)
-            repulsions = ", ".join(f"{value:.5g}" for value in a[np.triu_indices(len(rho))])
-            raise ValueError(
-                f"HNC has no solution at density {densities} and repulsion {repulsions}; the last "
-                f"state that converged has repulsions {reached:.4g} times these"
-            )
-    return last

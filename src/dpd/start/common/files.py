@@ -206,7 +206,14 @@ def order_of(scene: Scene, particles: Particles, path: str) -> np.ndarray:
             f"[{_edges(scene.period)}]; they have to agree: write 'box: [{_edges(particles.box)}]' "
             "in the scene, or take another file"
         )
-    species, order = _numbers_of_species(scene, particles, path), []
+    used = [particles.names[k] for k in np.unique(particles.species)]
+    if unknown := [name for name in used if name not in scene.species]:
+        raise UserError(
+            f"{path}: it has beads of the species {shown(unknown[0])}, and {scene.where} has "
+            f"{', '.join(scene.species)}; rename one or the other"
+        )
+    place = [scene.species.index(name) if name in scene.species else 0 for name in particles.names]
+    species, order = np.array(place)[particles.species], []
     own, bonds = (np.unique(np.sort(each), axis=0) for each in (scene.bonded, particles.bonds))
     same = np.array_equal(species, scene.kinds) and np.array_equal(own, bonds)
     laws = scene.laws_by_type
@@ -247,18 +254,6 @@ def _content(species, bonds, types):
 
 def _edges(box, between=", "):
     return between.join(f"{edge:.9g}" for edge in box)
-
-
-def _numbers_of_species(scene, particles, path):
-    """Species of each bead of the file, as the scene numbers them."""
-    used = [particles.names[k] for k in np.unique(particles.species)]
-    if unknown := [name for name in used if name not in scene.species]:
-        raise UserError(
-            f"{path}: it has beads of the species {shown(unknown[0])}, and {scene.where} has "
-            f"{', '.join(scene.species)}; rename one or the other"
-        )
-    place = [scene.species.index(name) if name in scene.species else 0 for name in particles.names]
-    return np.array(place)[particles.species]
 
 
 def _counted(scene, species):
