@@ -29,16 +29,15 @@ ETA, BETA = 41.083, 1.967  # of the term of the bonds, below Eq. 14
 DENSITY_STEP = 0.05  # of the central difference d ln y / d rho, below Eq. 10
 LARGEST = 1000.0  # the inverses look among powers of 2 up to the first above this repulsion
 SMALLEST = 1e-3  # below this repulsion they take the pressure as linear in it
+_above_zero = partial(checked, good=lambda x: x > 0, allowed="numbers above 0")
 
 
-def second_virial(
-    repulsion: npt.ArrayLike, dimension: int = 3, kT: float = 1.0
-) -> float | np.ndarray:
-    """B2 = -1/2 times the integral of exp(-u / kT) - 1 over space, u = a (1 - r)^2 / 2, a > 0.
+def second_virial(repulsion: npt.ArrayLike, dimension: int = 3) -> float | np.ndarray:
+    """B2 = -1/2 times the integral of exp(-u) - 1 over space, u = a (1 - r)^2 / 2, a > 0.
 
     In r_c^dimension, of 2 or 3. Groot and Warren 1997, below Fig. 4, give B2 / a.
     """
-    a = np.asarray(repulsion, dtype=float) / kT
+    a = np.asarray(repulsion, dtype=float)
     i0 = np.sqrt(np.pi / (2.0 * a)) * erf(np.sqrt(a / 2.0))
     i1 = (1.0 - np.exp(-a / 2.0)) / a
     if dimension == 2:
@@ -138,10 +137,6 @@ def repulsion_of(
     p, rho = _above_zero("pressure", pressure), _above_zero("density", density)
     found = np.vectorize(partial(_repulsion, equation), otypes=[float])
     return found(p, rho, *chain)[()]
-
-
-def _above_zero(name, values):
-    return checked(name, values, lambda x: x > 0, "numbers above 0")
 
 
 @lru_cache(maxsize=1024)
