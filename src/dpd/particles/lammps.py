@@ -119,9 +119,13 @@ def read_data(path: Path) -> Particles:
             f"the box is {edges[2]:g} thick along z, as for two dimensions, and beads are at "
             f"different z; give beads one z, or the box three edges of at least {THIN:g}"
         )
-    velocity = _velocities(data, identities)
-    if velocity is not None and dimension == 2 and velocity[:, 2].any():
-        left_out.append("velocities along z are left out: there are two dimensions")
+    velocity = None
+    if "Velocities" in data.sections:
+        found = data.table("Velocities", len(identities), ["id", *"xyz"], {})
+        velocity = np.full((len(identities), 3), np.nan)  # refused where one is not given
+        velocity[_places(data, "Velocities", identities, found[:, 0])] = found[:, 1:]
+        if dimension == 2 and velocity[:, 2].any():
+            left_out.append("velocities along z are left out: there are two dimensions")
     bonds, bond_types = _members(data, identities, "Bond", 2)
     angles, angle_types = _members(data, identities, "Angle", 3)
     image = rows[:, -3:] if columns[-3:] == FLAGS else np.zeros(position.shape)
@@ -135,7 +139,7 @@ def read_data(path: Path) -> Particles:
         bonds=bonds,
         angles=angles,
         types=bond_types | angle_types,
-        step=int(found[1]) if (found := STEP.search(data.title)) else 0,
+        step=int(step[1]) if (step := STEP.search(data.title)) else 0,
         left_out=tuple(left_out),
         masses=_masses(data, labels),
         identity=identities,
@@ -214,16 +218,6 @@ def _masses(data, labels):
     rows = data.table("Masses", len(masses), ("type", "mass"), labels)
     masses[rows[:, 0].astype(int) - 1] = rows[:, 1]
     return None if (masses == 1).all() else masses
-
-
-def _velocities(data, identities):
-    """(n, 3) array in the order of identities, or None."""
-    if "Velocities" not in data.sections:
-        return None
-    rows = data.table("Velocities", len(identities), ["id", *"xyz"], {})
-    velocity = np.full((len(identities), 3), np.nan)  # refused where one is not given
-    velocity[_places(data, "Velocities", identities, rows[:, 0])] = rows[:, 1:]
-    return velocity
 
 
 def _members(data, identities, kind, size):

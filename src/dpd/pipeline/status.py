@@ -67,7 +67,13 @@ def study_status(study: str, folder: str, papers: Sequence[str] | None = None) -
 
 def status_of(path: Path | None, papers: Sequence[str] | None) -> tuple[str, list[RunStatus]]:
     """A title, and the runs of a folder, a run.nc, a study, or if None that of config.yaml."""
-    paths = [] if path is None else _runs_in(path) if path.is_dir() else [path]
+    paths = [] if path is None else [path]
+    if path is not None and path.is_dir():  # the results of all runs in it, done or begun
+        there = sorted(path.iterdir())
+        begun = {each.with_suffix("") for each in there if each.name.endswith(".nc.lock")}
+        begun |= {each.with_suffix(".nc") for each in there if each.suffix == ".checkpoint"}
+        made = [each for each in there if each.suffix == ".nc" and look_at((), each).state == DONE]
+        paths = sorted(begun.union(made))
     own = [look_at((str(each),), each) for each in paths]
     if own and own[0].state != WAITS:
         return str(path), own
@@ -81,15 +87,6 @@ def status_of(path: Path | None, papers: Sequence[str] | None) -> tuple[str, lis
         f"{path or folder}: no study in config/config.yaml has the name {study!r}, and no run lies "
         "there; name a folder of a study's results or of runs, or a run.nc"
     )
-
-
-def _runs_in(folder: Path) -> list[Path]:
-    """Results of all runs that lie in a folder, done or begun."""
-    there = sorted(folder.iterdir())
-    begun = {path.with_suffix("") for path in there if path.name.endswith(".nc.lock")}
-    begun |= {path.with_suffix(".nc") for path in there if path.suffix == ".checkpoint"}
-    made = {path for path in there if path.suffix == ".nc" and look_at((), path).state == DONE}
-    return sorted(begun | made)
 
 
 def look_at(

@@ -34,15 +34,21 @@ def draw_fields(
         raise UserError(f"frame: {len(frames)} of them in one picture; allowed: 1 to {MOST_FRAMES}")
     numbers = [frame_number(frame, len(fields.time), path) for frame in frames]
     refuse_unknown(species, fields.names, path)
-    names, plane = tuple(species) or fields.names, _plane(fields, slice, path)
-    right, up = (k for k in range(3) if k != plane[0])
+    axis, _, place = slice.partition("=")
+    edges = dict(zip(AXES, fields.box.max(axis=0))) if fields.dimension == 3 else {"z": 0.0}
+    at = float(place) if place.replace(".", "", 1).isdigit() else math.nan
+    if axis not in edges or not 0 <= at <= edges[axis]:  # z=0 is all of two dimensions
+        inside = ", ".join(f"{name}=0 to {edge:g}" for name, edge in edges.items())
+        raise UserError(f"{path}: slice {slice}: is no plane in the box; allowed: {inside}")
+    names, across = tuple(species) or fields.names, AXES.index(axis)
+    right, up = (k for k in range(3) if k != across)
     width, box = width or (DOUBLE if len(numbers) > 1 else SINGLE), fields.box[numbers].max(axis=0)
     panel = ((width - 2 * AROUND) / len(numbers)) * box[up] / box[right]
     figure.set_size_inches(width, len(names) * (panel + AROUND))
     panels = figure.subplots(len(names), len(numbers), squeeze=False, sharex=True, sharey=True)
     for row, name in zip(panels, names):
         density = fields.density[:, fields.names.index(name)]
-        images = [slice_of(density[n], fields.box[n], *plane, smooth) for n in numbers]
+        images = [slice_of(density[n], fields.box[n], across, at, smooth) for n in numbers]
         for axes, number, image in zip(row, numbers, images):
             box = fields.box[number]
             drawn = axes.imshow(
@@ -65,17 +71,6 @@ def refuse_unknown(species: Iterable[str], names: Sequence[str], path: object) -
         if name not in names:
             allowed = ", ".join(names)
             raise UserError(f"{path}: no species is called {shown(name)}; allowed: {allowed}")
-
-
-def _plane(fields: Fields, slice: str, path: object) -> tuple[int, float]:
-    """Number of the axis across a plane, and where that is; z=0 is all of two dimensions."""
-    axis, _, place = slice.partition("=")
-    edges = dict(zip(AXES, fields.box.max(axis=0))) if fields.dimension == 3 else {"z": 0.0}
-    found = float(place) if place.replace(".", "", 1).isdigit() else math.nan
-    if axis not in edges or not 0 <= found <= edges[axis]:
-        inside = ", ".join(f"{name}=0 to {edge:g}" for name, edge in edges.items())
-        raise UserError(f"{path}: slice {slice}: is no plane in the box; allowed: {inside}")
-    return AXES.index(axis), found
 
 
 def smoothed(

@@ -39,8 +39,7 @@ class Former(NamedTuple):
 
 def checkpoint_path(path: str | Path) -> Path:
     """Where the checkpoint of a result lies: beside it, under a name that no rule declares."""
-    path = Path(path)
-    return path.with_name(path.stem + ".checkpoint")
+    return Path(path).with_suffix(".checkpoint")
 
 
 def read_former(path: str | Path) -> Former:
@@ -243,8 +242,14 @@ def _attributes(scene, simulation, values, timed):
     attributes |= {"numpy": np.__version__, "numba": numba.__version__, **timed}
     if scene.chosen:
         attributes["chosen"] = scene.chosen["said"]
-    if warning := warning_of(scene, values):
-        attributes["warning"] = warning
+    warnings = [drift_warning(scene, values), long_bonds_warning(scene, values)]
+    end = sum(scene.steps)
+    half = scene.during(end - scene.steps.sample // 2, end)  # of which the others tell
+    held = {(each.kT, str(each.terms.get(each.made.get(Change.STRETCHES, "")))) for each in half}
+    if len(held) == 1:
+        warnings += [temperature_warning(half[-1], values), pressure_warning(half[-1], values)]
+    if any(warnings):
+        attributes["warning"] = "; ".join(filter(None, warnings))
     return attributes
 
 
@@ -284,17 +289,6 @@ def summary(
     if "bond_mean" in values:
         found["mean bond length"] = float(np.mean(values["bond_mean"]))
     return found
-
-
-def warning_of(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
-    """All that a run of these values by name warns of; nothing if it is as asked."""
-    found = [drift_warning(scene, values), long_bonds_warning(scene, values)]
-    end = sum(scene.steps)
-    half = scene.during(end - scene.steps.sample // 2, end)  # of which the others tell
-    held = {(each.kT, str(each.terms.get(each.made.get(Change.STRETCHES, "")))) for each in half}
-    if len(held) == 1:
-        found += [temperature_warning(half[-1], values), pressure_warning(half[-1], values)]
-    return "; ".join(filter(None, found))
 
 
 def drift_warning(scene: Scene, values: Mapping[str, np.ndarray]) -> str:
