@@ -11,9 +11,9 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 from filelock import SoftFileLease, Timeout
 
@@ -54,13 +54,9 @@ class Lock(NamedTuple):
             self.progress.write_text(json.dumps(data))
 
 
-def _sidecar(path, suffix):
-    return Path(path).with_name(Path(path).name + suffix)
-
-
 def _lease(path):
     return SoftFileLease(
-        _sidecar(path, ".lock"), lease_duration=SILENCE, heartbeat_interval=SIGN,
+        f"{path}.lock", lease_duration=SILENCE, heartbeat_interval=SIGN,
         thread_local=False, is_singleton=False,
     )  # fmt: skip
 
@@ -74,7 +70,7 @@ def alone(
 
     ``look`` is called now and then while it waits, and may raise.
     """
-    lease, progress = _lease(path), _sidecar(path, ".progress")
+    lease, progress = _lease(path), Path(f"{path}.progress")
     place = Path(lease.lock_file)
     with writing(place):
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -133,11 +129,11 @@ def worker_on(path: str | Path) -> Worker | None:
         alive = alive and os.path.exists(f"/proc/{owner.pid}")
     report: dict[str, Any] = {}
     with suppress(OSError, ValueError):
-        report = dict(json.loads(_sidecar(path, ".progress").read_text()))
+        report = dict(json.loads(Path(f"{path}.progress").read_text()))
     return Worker(owner.pid, owner.hostname, alive, report)
 
 
-class Progress:
+class Progress(AbstractContextManager["Progress"]):
     """Callable with steps done of a ``total``; a ``bar``, if not given, only where one is seen."""
 
     def __init__(
@@ -170,9 +166,6 @@ class Progress:
             self._marks.append((now, done))
             rate = (done - first) / (now - before) if now > before else None
             self._lock.report({"step": done, "steps": self._total, "rate": rate})
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *exception: object) -> None:
         if self._bar is not None:
