@@ -209,8 +209,7 @@ class Start(Page):
 
     def own(self) -> dict[str, Any]:
         """The settings that this page has and not every start, as plain data."""
-        data = self.model_dump(exclude_none=True, by_alias=True)
-        return {key: value for key, value in data.items() if key not in Start.model_fields}
+        return {key: each for key, each in self.plain().items() if key not in Start.model_fields}
 
     def decides(self, scene: Any) -> dict[str, Any]:
         """What decides the places of beads, beside box, molecules, seed and walls."""

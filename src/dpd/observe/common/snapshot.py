@@ -35,9 +35,8 @@ class Snapshot:
         # Of the engine, whose functions take them; the box with its images where they are now.
         self.system, self.state, self.lattice = simulation.system, simulation.state, simulation.box
         self.step, self.whole = self.state.step, scene  # since the run began, all included
-        one = len(scene.stages) == 1
         # With the values that hold now.
-        self.scene = scene if one else scene.during(self.step - 1, max(self.step, 1))[-1]
+        self.scene = scene.during(self.step - 1, max(self.step, 1))[-1]
         self.sample = 0  # how many the page that looks has taken before
         self.kept: dict[str, np.ndarray] = {}  # what it keeps, and may write to
         self.file: Any = None  # its own
