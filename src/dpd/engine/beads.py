@@ -9,11 +9,11 @@ import numpy as np
 from numba import uint32
 
 from dpd.engine.neighbours import PAIRS_AT_ONCE
-from dpd.engine.rows import flat, of_bead
+from dpd.engine.rows import flat
 from dpd.engine.state import System
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
-from dpd.physics.common.forces import drag, energy, force, random, weight
+from dpd.physics.common.forces import drag, energy, force, of_bead, random, weight
 from dpd.physics.common.noise import fill_noise
 
 # The noise of a bead is that of a pair with a partner that no bead is: another one for each axis of

@@ -14,10 +14,10 @@ import numpy as np
 
 from dpd.engine.beads import renew_bath, renew_wall_friction
 from dpd.engine.neighbours import PAIRS_AT_ONCE
-from dpd.engine.rows import difference_along, flat, of_bead, of_pair, push_apart
+from dpd.engine.rows import difference_along, flat, push_apart
 from dpd.engine.threads import Share, barrier
 from dpd.jit import inlined
-from dpd.physics.common.forces import change
+from dpd.physics.common.forces import change, of_bead, of_pair
 from dpd.physics.common.noise import Keys, fill_noise, pair_word
 from dpd.physics.integrator import SHARDLOW, Scheme
 
@@ -71,24 +71,27 @@ def add_rows(target, source, times, mine):
 
 
 @inlined()
-def drift(beads, f, image, mine, wrap, lost, kick, plan):
+def drift(team, plan, beads, f, mine, reference, shared, own, kick):
     """Move a thread's share of the beads, predict velocities; note one that moved too far.
 
     In the end ``v`` holds v + dt (1 - b) f, ``predicted`` v + lambda dt f, and ``f`` is zero.
     ``kick`` is the part of the last step's kick that this begins with: b dt, or 0 if it was done.
     """
+    x, v, times, edges = beads.position, beads.velocity, plan.times, plan.edges
+    lost, farthest = shared.lost[team.rank], 0.0
     lost[SLOT] = -1.0
-    x, v, times = beads.position, beads.velocity, plan.times
     for first in range(mine.first, mine.end, IN_CACHE):
         some = Share(first, min(mine.end, first + IN_CACHE))
         if kick > 0.0:
             add_rows(v, f, kick, some)
         drift_with_flow(x, v, f, beads.peculiar, some, times.drift, times.half_square, plan.slide)
         if move_too_far(v, f, some, times):
-            find_lost(v, f, some, times, plan.edges, lost)
+            find_lost(v, f, some, times, edges, lost)
         predict(beads.predicted, v, f, some, times.prediction)
         move(x, v, f, some, times)
-        put_inside(x, image, beads.identity, some, wrap, plan.edges, plan.slide)
+        put_inside(x, shared.image, beads.identity, some, own.wrap, edges, plan.slide)
+        farthest = max(farthest, farthest_move(x, reference, some, own.wrap, edges))
+    shared.moved[team.rank] = farthest
 
 
 @inlined()

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dpd.engine import space
+from dpd.engine.forces import length
 from dpd.engine.neighbours import (
     Search,
     first_place,
@@ -90,10 +91,8 @@ def _histogram(counts, place, beads, rows, farthest, bins):
     while at.slot < len(beads.bead):
         at, n = next_pairs(at, len(beads.bead), beads.ordered, search, farthest)
         for p in range(n):
-            r2 = 0.0
-            for k in range(len(search.edges)):
-                r2 += separation[k, p] * separation[k, p]
-            place[p] = np.uint32(np.int32(min(np.sqrt(r2) * scale, float(bins))))
+            r = length(separation, p, search.edges)
+            place[p] = np.uint32(np.int32(min(r * scale, float(bins))))
         if rows is not None:
             for p in range(n):
                 place[p] += rows[0][search.pairs.i[p]] + rows[1][search.pairs.j[p]]
@@ -122,10 +121,7 @@ def _list_near(ends, distance, beads, within):
     while at.slot < len(beads.bead):
         at, n = near_pairs(at, len(beads.bead), beads.ordered, beads.search, within)
         for p in range(n if count + n <= len(distance) else 0):
-            r2 = 0.0
-            for k in range(len(edges)):
-                r2 += pairs.separation[k, p] * pairs.separation[k, p]
-            distance[count + p] = np.sqrt(r2)
+            distance[count + p] = length(pairs.separation, p, edges)
             ends[0, count + p] = beads.bead[pairs.i[p]]
             ends[1, count + p] = beads.bead[pairs.j[p]]
         count += n

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine import rows
+from dpd.engine import lanes, rows
 from dpd.engine.space import IMAGE, Cells, Grid, Slide, boxes_along, nearest_images
 from dpd.engine.threads import BLOCKS, next_task
 from dpd.jit import WIDE, inlined
 
-U0, U1, FULL = np.uint64(0), np.uint64(1), np.uint64(rows.LANES)
+U0, U1, FULL = np.uint64(0), np.uint64(1), np.uint64(lanes.LANES)
 ALL, FOUR = np.uint64(2**64 - 1), np.uint64(rows.FOUR)
 CUTOFF = 1.0  # of forces
 PAIRS_AT_ONCE = np.uint64(256)  # pairs that are worked on together: their buffers stay in cache
@@ -127,8 +127,8 @@ def append(begin, end, image, n, search):
     while True:  # mostly once
         for k in range(len(search.edges)):
             by = np.float32(move_along(search.grid.move, image, k, search.slide))
-            rows.copy_lanes(line.position[k], at, search.cells.single[k], first, by)
-        rows.count_lanes(line.slot, at, uint32(first | uint64(image) << uint64(IMAGE)), uint32(1))
+            lanes.copy_lanes(line.position[k], at, search.cells.single[k], first, by)
+        lanes.count_lanes(line.slot, at, uint32(first | uint64(image) << uint64(IMAGE)), uint32(1))
         at += FULL
         first += FULL
         if first >= last:
@@ -162,7 +162,7 @@ def line_up(slot, end, cell, search):
     """Fill the line from a cell on; return the next cell, and how many stretches there are."""
     start, grid, stretch = search.cells.start, search.grid, search.line.stretch
     levels = grid.shape[len(search.edges) - 1]
-    mean = (search.cells.single.shape[1] - rows.LANES) / (len(start) - 1)
+    mean = (search.cells.single.shape[1] - lanes.LANES) / (len(start) - 1)
     together = min(max(int64(TOGETHER / mean + 0.5), 1), TOGETHER)
     row, level, n, lined = cell // levels, cell % levels, U0, U0
     while lined < GROUP and n < ENOUGH and slot < end:
@@ -193,21 +193,21 @@ def find_partners(bead, begin, end, later, limit, line, found, n, edges):
     position, slot = line.position, line.slot
     if WIDE:
         for t in range(begin, end, FULL):
-            bits = rows.near(position, edges, bead, t, limit) & later
+            bits = lanes.near(position, edges, bead, t, limit) & later
             later = ALL
-            rows.pack(found, n, slot, t, bits)
-            n += rows.popcount(bits)
+            lanes.pack(found, n, slot, t, bits)
+            n += lanes.popcount(bits)
         return n
     for first in range(begin, end, WORD):
         bits = U0
         for t in range(U0, min(WORD, end - first), FULL):
-            bits |= rows.near(position, edges, bead, first + t, limit) << t
+            bits |= lanes.near(position, edges, bead, first + t, limit) << t
         bits &= later
         later = ALL
-        at, count = n, rows.popcount(bits)
+        at, count = n, lanes.popcount(bits)
         while bits != U0:
             for t in range(FOUR):
-                found[at + t] = slot[first + rows.lowest(bits)]
+                found[at + t] = slot[first + lanes.lowest(bits)]
                 bits &= uint64(bits - U1)
             at += FOUR
         n += count
@@ -256,9 +256,9 @@ def next_slots(at, end, search, cutoff):
                 begin, later = place + offset // FULL * FULL, ALL << (offset % FULL) << U1
             until = min(begin + CANDIDATES, last)
             n = find_partners(place + offset, begin, until, later, limit, line, pairs.j, n, edges)
-            rows.count_lanes(pairs.i, before, uint32(slot), uint32(0))
+            lanes.count_lanes(pairs.i, before, uint32(slot), uint32(0))
             for t in range(before + FULL, n, FULL):
-                rows.count_lanes(pairs.i, t, uint32(slot), uint32(0))
+                lanes.count_lanes(pairs.i, t, uint32(slot), uint32(0))
             candidate = until
             if until >= last:
                 slot += U1
@@ -278,7 +278,9 @@ def next_pairs(at, end, x, search, cutoff):
         image[p] = j[p] >> uint32(IMAGE)
         j[p] &= OF_SLOT
     for p in range(U0, n, FOUR):
-        rows.apart_to_columns(search.pairs.separation, p, x, i, j, search.edges, move, image)
+        rows.apart_to_columns(
+            search.pairs.separation, p, x, i, j, search.edges, search.slide, move, image
+        )
     take_aside(search.pairs, n, x, move, search.edges, search.slide)
     return at, n
 
@@ -296,8 +298,8 @@ def take_aside(pairs, n, x, move, edges, slide):
 @inlined()
 def fill_up(i, j, n):
     """Let what is read beyond ``n`` pairs be slots."""
-    rows.count_lanes(i, n, uint32(0), uint32(0))
-    rows.count_lanes(j, n, uint32(0), uint32(0))
+    lanes.count_lanes(i, n, uint32(0), uint32(0))
+    lanes.count_lanes(j, n, uint32(0), uint32(0))
 
 
 @inlined()
@@ -314,11 +316,11 @@ def keep_near(pairs, n, limit, edges):
     for p in range(n, n + FULL):
         separation[0, p] = FAR
     for p in range(U0, n, FULL):
-        bits = rows.near(separation, edges, NOWHERE, p, limit)
-        rows.pack_columns(separation, kept, p, bits, edges)
-        rows.pack(i, kept, i, p, bits)
-        rows.pack(j, kept, j, p, bits)
-        kept += rows.popcount(bits)
+        bits = lanes.near(separation, edges, NOWHERE, p, limit)
+        lanes.pack_columns(separation, kept, p, bits, edges)
+        lanes.pack(i, kept, i, p, bits)
+        lanes.pack(j, kept, j, p, bits)
+        kept += lanes.popcount(bits)
     return kept
 
 
@@ -383,6 +385,6 @@ def listed_pairs(first, end, x, slots, search):
         i[p], j[p] = slots[0, start + p], slots[1, start + p]
     fill_up(i, j, n)
     for p in range(U0, n, FOUR):
-        rows.apart_to_columns(separation, p, x, i, j, search.edges, None, None)
+        rows.apart_to_columns(separation, p, x, i, j, search.edges, search.slide, None, None)
     nearest_images(separation, n, search.edges, search.slide)
     return first + np.int64(n), keep_near(search.pairs, n, CUTOFF * CUTOFF, search.edges)

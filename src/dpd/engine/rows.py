@@ -1,4 +1,4 @@
-"""Arrays with a row for each bead, what kernels do with rows, nearest images, values by species.
+"""Arrays with a row for each bead, and what kernels do with rows: one, or four of pairs.
 
 Numba leaves out the pass of LLVM that joins the entries of a row into a vector, so what loads and
 stores a row at once is written out in LLVM's own instructions, with what runs under
@@ -15,12 +15,10 @@ from numba import types
 from numba.core import cgutils
 from numba.np.arrayobj import populate_array
 
-from dpd.jit import FEATURES, WIDE, inlined, intrinsic_for
+from dpd.jit import inlined, intrinsic_for
 
-CACHE_LINE, HALF = 64, 32  # bytes: the registers of AVX-512, and of AVX2
-PERMUTES = "+avx2" in FEATURES and not WIDE
-LANES = 16  # entries that instructions for searches take at a time
-FOUR = 4  # pairs whose rows are turned into columns together
+CACHE_LINE = 64  # bytes
+FOUR = 4  # pairs that are worked on together
 
 
 def rows_of(array: np.ndarray) -> np.ndarray:
@@ -66,7 +64,7 @@ def _row(context, builder, array_type, array, i, vector):
     return builder.gep(builder.bitcast(rows.data, vector.as_pointer()), [i])
 
 
-def _column(context, builder, array_type, array, p, dimension):
+def column_at(context, builder, array_type, array, p, dimension):
     """Pointers to the entries of column p."""
     columns = context.make_array(array_type)(context, builder, array)
     places = ([ir.Constant(p.type, k), p] for k in range(dimension))
@@ -111,10 +109,45 @@ def copy_row(typing, target, s, source, i, edges):
     return types.none(target, s, source, i, edges), code
 
 
-FOUR_NUMBERS = ir.VectorType(ir.DoubleType(), FOUR)
+NUMBERS = ir.VectorType(ir.DoubleType(), FOUR)
+ZEROS = ir.Constant(NUMBERS, [0.0] * FOUR)
+EVEN, ODD, BEGINS, ENDS = (0, 4, 2, 6), (1, 5, 3, 7), (0, 1, 4, 5), (2, 3, 6, 7)
+BOTH = 0, 1, 2, 3  # of two rows of two dimensions
 
 
-def _four_rows(context, builder, edges, kind, array, places, places_array, p):
+def _shuffled(builder, one, other, order):
+    chosen = ir.Constant(ir.VectorType(ir.IntType(32), len(order)), order)
+    return builder.shuffle_vector(one, other, chosen)
+
+
+def _columns(builder, first, second, third, fourth):
+    """The columns of four rows, padding with them.
+
+    In seven shuffles that matter; the compiler alone takes ten, and slower ones.
+    """
+    pairs = (first, second), (third, fourth)
+    if first.type.count < FOUR:
+        joined = [_shuffled(builder, *pair, BOTH) for pair in zip(*pairs)]
+        return [_shuffled(builder, *joined, order) for order in (EVEN, ODD)]
+    halves = [[_shuffled(builder, *pair, order) for pair in pairs] for order in (EVEN, ODD)]
+    return [_shuffled(builder, *half, order) for order in (BEGINS, ENDS) for half in halves]
+
+
+def _rows_of(builder, columns):
+    """The same back, with zeros for padding."""
+    if len(columns) > 2:
+        return _columns(builder, *columns, ZEROS)
+    turned = [_shuffled(builder, *columns, order) for order in (EVEN, ODD)]
+    halves = (0, 1), (2, 3)
+    return [_shuffled(builder, each, each, half) for half in halves for each in turned]
+
+
+def _four(builder, entry):
+    """Pointer to four numbers from a pointer to the first."""
+    return builder.bitcast(entry, NUMBERS.as_pointer())
+
+
+def _rows(context, builder, edges, kind, array, places, places_array, p):
     """Of an array, the rows that four entries of ``places`` tell, from p on."""
     made = context.make_array(places)(context, builder, places_array)
     for q in range(FOUR):
@@ -123,43 +156,59 @@ def _four_rows(context, builder, edges, kind, array, places, places_array, p):
         yield builder.load(row, align=8)
 
 
-def _columns_apart(context, builder, edges, ours, theirs):
+def _columns_apart(builder, edges, ours, theirs):
     """The columns of four rows minus four others."""
-    apart = list(map(builder.fsub, ours, theirs))
-    for k in range(len(edges)):
-        column = ir.Constant(FOUR_NUMBERS, ir.Undefined)
-        for q in range(FOUR):
-            number = builder.extract_element(apart[q], cgutils.int32_t(k))
-            column = builder.insert_element(column, number, cgutils.int32_t(q))
-        yield column
+    return _columns(builder, *map(builder.fsub, ours, theirs))[: len(edges)]
 
 
-def _apart_to_columns(target, p, x, i, j, edges, move, m):
+def in_all(builder, value, lanes):
+    free = ir.Constant(ir.VectorType(value.type, lanes), ir.Undefined)
+    one = builder.insert_element(free, value, cgutils.int32_t(0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), lanes), [0] * lanes)
+    return builder.shuffle_vector(one, free, zeros)
+
+
+def _nearest(builder, apart, edges):
+    """Columns at their nearest image."""
+    form = ir.FunctionType(NUMBERS, [NUMBERS])
+    rint = cgutils.get_or_insert_function(builder.module, form, "llvm.rint.v4f64")
+    for column, edge in zip(apart, edges):
+        inverse = in_all(builder, builder.fdiv(ir.Constant(edge.type, 1.0), edge), FOUR)
+        boxes = builder.call(rint, [builder.fmul(column, inverse)])
+        back = builder.fmul(boxes, in_all(builder, edge, FOUR), flags=["contract"])
+        yield builder.fsub(column, back, flags=["contract"])
+
+
+def _apart_to_columns(target, p, x, i, j, edges, slide, move, m):
     for q in range(int(p), int(p) + FOUR):
         for k in range(len(edges)):
             target[k, q] = x[i[q], k] - (x[j[q], k] + (0.0 if move is None else move[m[q], k]))
+            if move is None and slide is None:
+                target[k, q] -= edges[k] * np.rint(target[k, q] / edges[k])
 
 
 @intrinsic_for(_apart_to_columns)
-def apart_to_columns(typing, target, p, x, i, j, edges, move, m):
+def apart_to_columns(typing, target, p, x, i, j, edges, slide, move, m):
     """Make rows i minus rows j, these moved by rows m, columns p to p + 3 of ``target``.
 
-    i, j and m are arrays, read from p on. Four at a time, as that takes fewer instructions than
-    entry by entry.
+    i, j and m are arrays, read from p on. Without ``move`` separations are put at their nearest
+    image, but where images slide.
     """
 
     def code(context, builder, signature, arguments):
-        to, p, rows, i_array, j_array, _, move_array, m_array = arguments
-        chosen = partial(_four_rows, context, builder, edges, p=p)
+        to, p, rows, i_array, j_array, lengths, _, move_array, m_array = arguments
+        chosen = partial(_rows, context, builder, edges, p=p)
         theirs = chosen(x, rows, j, j_array)
         if move is not types.none:
             theirs = map(builder.fadd, theirs, chosen(move, move_array, m, m_array))
-        apart = _columns_apart(context, builder, edges, chosen(x, rows, i, i_array), theirs)
-        for column, entry in zip(apart, _column(context, builder, target, to, p, len(edges))):
-            builder.store(column, builder.bitcast(entry, FOUR_NUMBERS.as_pointer()), align=8)
+        apart = _columns_apart(builder, edges, chosen(x, rows, i, i_array), theirs)
+        if move is types.none and slide is types.none:
+            apart = _nearest(builder, apart, cgutils.unpack_tuple(builder, lengths))
+        for column, entry in zip(apart, column_at(context, builder, target, to, p, len(edges))):
+            builder.store(column, _four(builder, entry), align=8)
         return context.get_dummy_value()
 
-    return types.none(target, p, x, i, j, edges, move, m), code
+    return types.none(target, p, x, i, j, edges, slide, move, m), code
 
 
 def _differences_along(target, p, rows, i, j, along, edges):
@@ -173,18 +222,17 @@ def differences_along(typing, target, p, rows, i, j, along, edges):
 
     def code(context, builder, signature, arguments):
         to, p, array, i_array, j_array, along_array, _ = arguments
-        chosen = partial(_four_rows, context, builder, edges, rows, array, p=p)
-        apart = _columns_apart(context, builder, edges, chosen(i, i_array), chosen(j, j_array))
-        total = ir.Constant(FOUR_NUMBERS, [0.0] * FOUR)
+        chosen = partial(_rows, context, builder, edges, rows, array, p=p)
+        apart = _columns_apart(builder, edges, chosen(i, i_array), chosen(j, j_array))
+        total = ZEROS
         for column, entry in zip(
-            apart, _column(context, builder, along, along_array, p, len(edges))
+            apart, column_at(context, builder, along, along_array, p, len(edges))
         ):
-            other = builder.load(builder.bitcast(entry, FOUR_NUMBERS.as_pointer()), align=8)
+            other = builder.load(_four(builder, entry), align=8)
             product = builder.fmul(column, other, flags=["contract"])
             total = builder.fadd(total, product, flags=["contract", "nsz"])
         made = context.make_array(target)(context, builder, to)
-        at = builder.bitcast(builder.gep(made.data, [p]), FOUR_NUMBERS.as_pointer())
-        builder.store(total, at, align=8)
+        builder.store(total, _four(builder, builder.gep(made.data, [p])), align=8)
         return context.get_dummy_value()
 
     return types.none(target, p, rows, i, j, along, edges), code
@@ -213,7 +261,7 @@ def push_apart(typing, force, i, j, scale, along, p, edges):
     def code(context, builder, signature, arguments):
         array, i, j, scale, along_array, p, _ = arguments
         push = ir.Constant(vector, [0.0] * vector.count)
-        column = _column(context, builder, along, along_array, p, len(edges))
+        column = column_at(context, builder, along, along_array, p, len(edges))
         for k, entry in enumerate(column):
             component = builder.fmul(scale, builder.load(entry))
             push = builder.insert_element(push, component, cgutils.int32_t(k))
@@ -225,219 +273,40 @@ def push_apart(typing, force, i, j, scale, along, p, edges):
     return types.none(force, i, j, scale, along, p, edges), code
 
 
-@intrinsic_for(lambda word: np.uint64(int(word).bit_count()))
-def popcount(typing, word):
-    def code(context, builder, signature, arguments):
-        return builder.ctpop(arguments[0])
-
-    return word(word), code
+def _push_sixteen(force, i, j, scale, along, first, stride, edges):
+    for t in range(FOUR):
+        for p in range(int(first) + t, int(first) + t + FOUR * int(stride), int(stride)):
+            push_apart(force, i[p], j[p], scale[p], along, p, edges)
 
 
-@intrinsic_for(lambda word: np.uint64((int(word) & -int(word)).bit_length() - 1 if word else 64))
-def lowest(typing, word):
-    """Place of the lowest bit that is set; 64 if none is."""
+@intrinsic_for(_push_sixteen)
+def push_sixteen(typing, force, i, j, scale, along, first, stride, edges):
+    """Do `push_apart` for four pairs from ``first`` on, and those 1, 2 and 3 strides further.
 
-    def code(context, builder, signature, arguments):
-        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 0))
-
-    return word(word), code
-
-
-def _lanes(context, builder, array_type, array, first):
-    """Pointer to `LANES` entries of an array with one axis as a vector."""
-    made = context.make_array(array_type)(context, builder, array)
-    vector = ir.VectorType(context.get_data_type(array_type.dtype), LANES)
-    return builder.bitcast(builder.gep(made.data, [first]), vector.as_pointer())
-
-
-def _all_lanes(builder, value):
-    free = ir.Constant(ir.VectorType(value.type, LANES), ir.Undefined)
-    one = builder.insert_element(free, value, cgutils.int32_t(0))
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-    return builder.shuffle_vector(one, free, zeros)
-
-
-def _copy_lanes(target, to, source, first, by):
-    to, first = int(to), int(first)
-    target[to : to + LANES] = source[first : first + LANES] + by
-
-
-@intrinsic_for(_copy_lanes)
-def copy_lanes(typing, target, to, source, first, by):
-    """Copy `LANES` numbers, and add ``by`` to each."""
-
-    def code(context, builder, signature, arguments):
-        there, to, given, first, by = arguments
-        entries = builder.load(_lanes(context, builder, source, given, first), align=4)
-        moved = builder.fadd(entries, _all_lanes(builder, by))
-        builder.store(moved, _lanes(context, builder, target, there, to), align=4)
-        return context.get_dummy_value()
-
-    return types.none(target, to, source, first, source.dtype), code
-
-
-def _count_lanes(target, to, value, step):
-    to = int(to)
-    target[to : to + LANES] = np.arange(LANES, dtype=np.uint32) * step + value
-
-
-@intrinsic_for(_count_lanes)
-def count_lanes(typing, target, to, value, step):
-    """Write ``value``, and so much more in each of `LANES` entries."""
-
-    def code(context, builder, signature, arguments):
-        there, to, value, step = arguments
-        order = ir.Constant(ir.VectorType(ir.IntType(32), LANES), list(range(LANES)))
-        more = builder.mul(_all_lanes(builder, step), order)
-        entries = builder.add(_all_lanes(builder, value), more)
-        builder.store(entries, _lanes(context, builder, target, there, to), align=4)
-        return context.get_dummy_value()
-
-    return types.none(target, to, types.uint32, types.uint32), code
-
-
-def _near(position, edges, place, first, limit):
-    first = int(first)
-    apart = position[:, int(place), None] - position[:, first : first + LANES]
-    nearer = (apart * apart).sum(axis=0) < limit
-    return np.uint64(sum(1 << t for t in np.flatnonzero(nearer)))
-
-
-@intrinsic_for(_near)
-def near(typing, position, edges, place, first, limit):
-    """Which of `LANES` places from ``first`` on lie nearer than sqrt(limit) to ``place``.
-
-    Written out as vectors because no loop with this few turns is made into them.
+    i, j and scale are arrays. The first of each four are pushed first, then the second.
     """
 
     def code(context, builder, signature, arguments):
-        array, _, place, first, limit = arguments
-        vector = ir.VectorType(context.get_data_type(position.dtype), LANES)
-        square = ir.Constant(vector, [0.0] * LANES)
-        ours = _column(context, builder, position, array, place, len(edges))
-        theirs = _column(context, builder, position, array, first, len(edges))
-        for one, other in zip(ours, theirs):
-            others = builder.load(builder.bitcast(other, vector.as_pointer()), align=4)
-            apart = builder.fsub(_all_lanes(builder, builder.load(one)), others)
-            squared = builder.fmul(apart, apart, flags=["contract"])
-            square = builder.fadd(square, squared, flags=["contract"])
-        hit = builder.fcmp_ordered("<", square, _all_lanes(builder, limit))
-        return builder.zext(builder.bitcast(hit, ir.IntType(LANES)), ir.IntType(64))
-
-    return types.uint64(position, edges, place, first, position.dtype), code
-
-
-def _pack(target, to, source, first, bits):
-    chosen = [source[int(first) + t] for t in range(LANES) if int(bits) >> t & 1]
-    target[int(to) : int(to) + len(chosen)] = chosen
-
-
-@intrinsic_for(_pack)
-def pack(typing, target, to, source, first, bits):
-    """Copy those of `LANES` entries whose bits are set; what follows them in the target is lost."""
-
-    def code(context, builder, signature, arguments):
-        there, to, given, first, bits = arguments
-        entries = _lanes(context, builder, source, given, first)
-        _pack_lanes(builder, entries, _lanes(context, builder, target, there, to), bits)
+        array, *given, along_array, place, stride, _ = arguments
+        ends_i, ends_j, scales = (
+            context.make_array(kind)(context, builder, value).data
+            for kind, value in zip((i, j, scale), given)
+        )
+        vector, places = _row_vector(edges), []
+        for _ in range(FOUR):
+            entries = column_at(context, builder, along, along_array, place, len(edges))
+            entries = [builder.gep(scales, [place]), *entries]
+            many, *columns = (builder.load(_four(builder, each), align=8) for each in entries)
+            rows = _rows_of(builder, [builder.fmul(many, column) for column in columns])
+            places.append((place, rows))
+            place = builder.add(place, stride)
+        for t in range(FOUR):
+            for place, rows in places:
+                at = builder.add(place, ir.Constant(place.type, t))
+                for ends, change in ((ends_i, builder.fadd), (ends_j, builder.fsub)):
+                    slot = builder.load(builder.gep(ends, [at]))
+                    row = _row(context, builder, force, array, slot, vector)
+                    builder.store(change(builder.load(row, align=8), rows[t]), row, align=8)
         return context.get_dummy_value()
 
-    return types.none(target, to, source, first, bits), code
-
-
-def _pack_lanes(builder, source, target, bits):
-    """Pack one vector into another, by pointers; what is too long for a register in parts."""
-    size = 8 if source.type.pointee.element == ir.DoubleType() else 4
-    entry, lanes = ir.IntType(8 * size), (HALF if PERMUTES else CACHE_LINE) // size
-    kind = ir.VectorType(entry, lanes)
-    source, target = (builder.bitcast(each, entry.as_pointer()) for each in (source, target))
-    for begin in range(0, LANES, lanes):
-        some = builder.trunc(builder.lshr(bits, ir.Constant(bits.type, begin)), ir.IntType(lanes))
-        at = builder.gep(source, [cgutils.intp_t(begin)])
-        entries = builder.load(builder.bitcast(at, kind.as_pointer()), align=size)
-        packed = _packed(builder, entries, some)
-        builder.store(packed, builder.bitcast(target, kind.as_pointer()), align=size)
-        target = builder.gep(target, [builder.zext(builder.ctpop(some), ir.IntType(64))])
-
-
-def _packed(builder, entries, some):
-    """A vector that begins with the entries whose bit is set.
-
-    AVX2 has no instruction for that: its words are put in an order that a table has for all bits.
-    """
-    kind, lanes = entries.type, some.type.width
-    if not PERMUTES:
-        chosen = ir.VectorType(ir.IntType(1), lanes)
-        name = f"llvm.experimental.vector.compress.v{lanes}{kind.element.intrinsic_name}"
-        form = ir.FunctionType(kind, [kind, chosen, kind])
-        compress = cgutils.get_or_insert_function(builder.module, form, name)
-        arguments = entries, builder.bitcast(some, chosen), ir.Constant(kind, None)
-        return builder.call(compress, arguments)
-    words, order = ir.VectorType(ir.IntType(32), 8), ir.VectorType(ir.IntType(8), 8)
-    chosen = [np.repeat([b >> t & 1 for t in range(lanes)], 8 // lanes) for b in range(2**lanes)]
-    table = [ir.Constant(order, np.argsort(1 - bits, kind="stable").tolist()) for bits in chosen]
-    table = ir.Constant(ir.ArrayType(order, len(table)), table)
-    place = [cgutils.intp_t(0), builder.zext(some, cgutils.intp_t)]
-    place = builder.gep(cgutils.global_constant(builder, "orders", table), place)
-    form = ir.FunctionType(words, [words, words])
-    permute = cgutils.get_or_insert_function(builder.module, form, "llvm.x86.avx2.permd")
-    arguments = builder.bitcast(entries, words), builder.zext(builder.load(place), words)
-    return builder.bitcast(builder.call(permute, arguments), kind)
-
-
-def _pack_columns(array, to, first, bits, edges):
-    for k in range(len(edges)):
-        _pack(array[k], to, array[k], first, bits)
-
-
-@intrinsic_for(_pack_columns)
-def pack_columns(typing, array, to, first, bits, edges):
-    """The same of columns of an array, inside it."""
-
-    def code(context, builder, signature, arguments):
-        given, to, first, bits, _ = arguments
-        vector = ir.VectorType(ir.DoubleType(), LANES).as_pointer()
-        for columns in zip(
-            _column(context, builder, array, given, first, len(edges)),
-            _column(context, builder, array, given, to, len(edges)),
-        ):
-            _pack_lanes(builder, *(builder.bitcast(each, vector) for each in columns), bits)
-        return context.get_dummy_value()
-
-    return types.none(array, to, first, bits, edges), code
-
-
-@inlined()
-def inverse_root(x):
-    """1 / sqrt(x) within 0.6 ulp: in single precision, and a step that cubes the error."""
-    y = np.float64(np.float32(1.0) / np.sqrt(np.float32(x)))
-    error = 1.0 - x * y * y
-    return y + y * error * (0.5 + 0.375 * error)
-
-
-@inlined()
-def of_pair(values, species, i, j):
-    """The value for the species of the beads in slots i and j; 1 without values."""
-    if values is None:
-        return 1.0
-    if species is None:
-        return values[0, 0]
-    return values[species[i], species[j]]
-
-
-@inlined()
-def of_bead(values, species, s):
-    """The value for the species of the bead in slot s; 1 without values."""
-    if values is None:
-        return 1.0
-    if species is None:
-        return values[0]
-    return values[species[s]]
-
-
-@inlined()
-def velocity_seen(velocity, predicted):
-    """What the friction sees."""
-    if predicted is None:
-        return velocity
-    return predicted
+    return types.none(force, i, j, scale, along, first, stride, edges), code

@@ -30,7 +30,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import int64, uint32, uint64
 
-from dpd.engine.rows import LANES, copy_row, rows_of
+from dpd.engine.lanes import LANES
+from dpd.engine.rows import copy_row, rows_of
 from dpd.errors import UserError
 from dpd.jit import inlined, inlined_exactly
 
@@ -256,19 +257,16 @@ def nearest_image(apart, edge):
     return apart - edge * np.rint(apart / edge)
 
 
-@inlined()
+@inlined(given="slide")
 def nearest_images(apart, n, edges, slide):
     """Put the first ``n`` separations of a (dimension, size) array at their nearest image."""
-    if slide is not None:  # to coordinates along the lattice
-        for p in range(n):
-            apart[slide.flow, p] -= slide.tilt[0] * apart[slide.gradient, p]
+    for p in range(n):  # in coordinates along the lattice
+        apart[slide.flow, p] -= slide.tilt[0] * apart[slide.gradient, p]
     for k in range(len(edges)):
-        edge = edges[k]
         for p in range(n):
-            apart[k, p] = nearest_image(apart[k, p], edge)
-    if slide is not None:
-        for p in range(n):
-            apart[slide.flow, p] += slide.tilt[0] * apart[slide.gradient, p]
+            apart[k, p] = nearest_image(apart[k, p], edges[k])
+    for p in range(n):
+        apart[slide.flow, p] += slide.tilt[0] * apart[slide.gradient, p]
 
 
 @inlined_exactly()

@@ -25,9 +25,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dpd.engine import integrate, space
+from dpd.engine import space
 from dpd.engine.beads import Across, Near, Sampled, add_bath, add_body_force, add_walls, take_sample
-from dpd.engine.forces import Arms, Bonded, Cached, add_bonded, add_some, close_phase, find_slots
+from dpd.engine.forces import (
+    Arms,
+    Bonded,
+    Cached,
+    add_bonded,
+    add_some,
+    close_phase,
+    find_slots,
+    velocity_seen,
+)
 from dpd.engine.integrate import Lost, Times, divide_by_masses, drift, finish, first_lost, slide_to
 from dpd.engine.neighbours import (
     Line,
@@ -40,7 +49,7 @@ from dpd.engine.neighbours import (
     next_pairs,
     place_of_piece,
 )
-from dpd.engine.rows import copy_row, velocity_seen
+from dpd.engine.rows import copy_row
 from dpd.engine.threads import BLOCKS, barrier, new_round, next_task, share_of
 from dpd.jit import inlined, kernel
 from dpd.physics.common.forces import Forces
@@ -140,10 +149,7 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         if span.steps > 0:
             step += 1
             slide_to(step, image, beads.identity, mine, plan.dt, slide)
-            drift(beads, force, image, mine, own.wrap, shared.lost[team.rank], pending, plan)
-            shared.moved[team.rank] = integrate.farthest_move(
-                beads.position, reference, mine, own.wrap, edges
-            )
+            drift(team, plan, beads, force, mine, reference, shared, own, pending)
             barrier(team)
             lost = first_lost(shared.lost, beads.identity, step)
             if lost.bead >= 0:

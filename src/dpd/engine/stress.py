@@ -8,11 +8,11 @@ from dpd.engine import forces
 from dpd.engine.forces import CLOSEST
 from dpd.engine.measure import Sorted, sorted_beads
 from dpd.engine.neighbours import first_place, near_pairs
-from dpd.engine.rows import of_bead, of_pair, push_apart, rows_of
+from dpd.engine.rows import push_apart, rows_of
 from dpd.engine.state import State, System
 from dpd.engine.threads import Share
 from dpd.jit import inlined, kernel
-from dpd.physics.common.forces import curvature, energy, force, law_of, slope
+from dpd.physics.common.forces import curvature, energy, force, law_of, of_bead, of_pair, slope
 
 NORMAL, TANGENTIAL = 0, 1
 SHORTEST = 1e-12  # slices that a line has to cross to be cut: below it lies in one slice
@@ -243,10 +243,7 @@ def _laplacian(total, slopes, beads, species, acting, walls, halves, virial, sum
         forces.gather_crowds(pairs, n, acting.density)
         for p in range(n):
             i, j = beads.bead[pairs.i[p]], beads.bead[pairs.j[p]]
-            r2 = CLOSEST
-            for k in range(len(edges)):
-                r2 += pairs.separation[k, p] * pairs.separation[k, p]
-            r = np.sqrt(r2)
+            r = forces.length(pairs.separation, p, edges)
             w = max(0.0, 1.0 - r)
             a = of_pair(pair.repulsion, species, i, j)
             over_r = (force(pair, a, r, w) + force(many_body, pairs.crowd[p], r)) / r

@@ -20,7 +20,7 @@ from numba import types
 from numba.extending import overload
 
 from dpd.digests import text_digest
-from dpd.jit import INLINED, method
+from dpd.jit import INLINED, inlined, method
 from dpd.page import PairForce, Section
 
 if TYPE_CHECKING:
@@ -172,3 +172,23 @@ def _sum_class(base, records):
         made_class.__module__ = name
         setattr(module, name, made_class)
     return getattr(module, name)
+
+
+@inlined()
+def of_pair(values, species, i, j):
+    """The value for the species of the beads in slots i and j; 1 without values."""
+    if values is None:
+        return 1.0
+    if species is None:
+        return values[0, 0]
+    return values[species[i], species[j]]
+
+
+@inlined()
+def of_bead(values, species, s):
+    """The value for the species of the bead in slot s; 1 without values."""
+    if values is None:
+        return 1.0
+    if species is None:
+        return values[0]
+    return values[species[s]]
