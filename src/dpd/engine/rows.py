@@ -64,7 +64,9 @@ def _row(context, builder, array_type, array, i, vector):
     return builder.gep(builder.bitcast(rows.data, vector.as_pointer()), [i])
 
 
-def column_at(context, builder, array_type, array, p, dimension):
+def column_at(
+    context: Any, builder: Any, array_type: Any, array: Any, p: Any, dimension: int
+) -> list[Any]:
     """Pointers to the entries of column p."""
     columns = context.make_array(array_type)(context, builder, array)
     places = ([ir.Constant(p.type, k), p] for k in range(dimension))
@@ -161,7 +163,7 @@ def _columns_apart(builder, edges, ours, theirs):
     return _columns(builder, *map(builder.fsub, ours, theirs))[: len(edges)]
 
 
-def in_all(builder, value, lanes):
+def in_all(builder: Any, value: Any, lanes: int) -> Any:
     free = ir.Constant(ir.VectorType(value.type, lanes), ir.Undefined)
     one = builder.insert_element(free, value, cgutils.int32_t(0))
     zeros = ir.Constant(ir.VectorType(ir.IntType(32), lanes), [0] * lanes)
