@@ -210,7 +210,7 @@ def test_the_report_is_one_page(study):
     for word in ("noise seed of each run", "replica", "numba"):
         assert word in page
     for entry in (entry for paper in PAPERS for entry in published(paper).values()):
-        assert typeset(entry["quantity"].removeprefix("the same")) in page
+        assert typeset(entry["quantity"].removeprefix("the same").lstrip(", ")) in page
 
 
 def test_the_report_grows(study):
