@@ -123,7 +123,7 @@ def test_the_table_of_a_core():
     """What it adds to the repulsion, with the jump; its slope is minus the energy's."""
     core = {"radius": 0.15, "force": 100}
     scene = Scene(SCENE | {"core": core, "engine": {"name": "lammps"}})
-    text = input_of(scene, make_start(scene))[1]["beads.table"]
+    text = input_of(scene, make_start(scene)).files["beads.table"]
     _, r, energy, force = np.array([line.split() for line in text.splitlines()[3:]], float).T
     slope, away = -np.gradient(energy, r), abs(r - 0.3) > 2e-3
     np.testing.assert_allclose(slope[away][1:-1], force[away][1:-1], rtol=1e-6, atol=1e-3)

@@ -53,14 +53,6 @@ def inverse_root(x):
     return y + y * error * (0.5 + 0.375 * error)
 
 
-@inlined()
-def velocity_seen(velocity, predicted):
-    """What the friction sees."""
-    if predicted is None:
-        return velocity
-    return predicted
-
-
 @inlined(given="friction")
 def gather_friction(pairs, n, v, beads, friction, edges, slide, keys):
     """Find the approach r_ij . v_ij and the random number of ``n`` pairs."""
@@ -208,7 +200,7 @@ def add_some(plan, beads, force, shared, own, n, task, count, now):
         add_densities(shared.density, pairs, n, many_body, edges)
         return count
     gather_crowds(pairs, n, shared.density)
-    v = velocity_seen(beads.velocity, beads.predicted)
+    v = rows.velocity_seen(beads.velocity, beads.predicted)
     gather_friction(pairs, n, v, beads, friction, edges, plan.slide, now.keys)
     add_pair_forces(force, pairs, n, species, pair, many_body, friction, edges)
     if now.measure:

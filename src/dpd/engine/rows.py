@@ -312,3 +312,11 @@ def push_sixteen(typing, force, i, j, scale, along, first, stride, edges):
         return context.get_dummy_value()
 
     return types.none(force, i, j, scale, along, first, stride, edges), code
+
+
+@inlined()
+def velocity_seen(velocity, predicted):
+    """What the friction sees."""
+    if predicted is None:
+        return velocity
+    return predicted

@@ -27,16 +27,7 @@ import numpy as np
 
 from dpd.engine import space
 from dpd.engine.beads import Across, Near, Sampled, add_bath, add_body_force, add_walls, take_sample
-from dpd.engine.forces import (
-    Arms,
-    Bonded,
-    Cached,
-    add_bonded,
-    add_some,
-    close_phase,
-    find_slots,
-    velocity_seen,
-)
+from dpd.engine.forces import Arms, Bonded, Cached, add_bonded, add_some, close_phase, find_slots
 from dpd.engine.integrate import Lost, Times, divide_by_masses, drift, finish, first_lost, slide_to
 from dpd.engine.neighbours import (
     Line,
@@ -49,7 +40,7 @@ from dpd.engine.neighbours import (
     next_pairs,
     place_of_piece,
 )
-from dpd.engine.rows import copy_row
+from dpd.engine.rows import copy_row, velocity_seen
 from dpd.engine.threads import BLOCKS, barrier, new_round, next_task, share_of
 from dpd.jit import inlined, kernel
 from dpd.physics.common.forces import Forces

@@ -7,7 +7,7 @@ repulsion, a rigid core or forces of one's own, comes as a table of the differen
 from __future__ import annotations
 
 from itertools import combinations_with_replacement
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,10 +29,13 @@ SEEDS = 900_000_000  # that LAMMPS allows
 ORDER = "pair_style", "bond_style", "angle_style", "pair_coeff", "bond_coeff", "angle_coeff"
 
 
-def input_of(
-    scene: Scene, state: State, name: str = "beads", skin: float = SKIN
-) -> tuple[list[str], dict[str, str]]:
-    """Commands that set LAMMPS up for a scene at a state; ``name``.data and .table, by name."""
+class Input(NamedTuple):
+    lines: list[str]  # commands up to where it can run
+    files: dict[str, str]  # what they read, by name
+
+
+def input_of(scene: Scene, state: State, name: str = "beads", skin: float = SKIN) -> Input:
+    """What sets LAMMPS up for a scene at a state; its files are ``name``.data and .table."""
     particles, members = of_state(scene, state), scene.joined
     laws = {kind: members[size][1] for kind, size in (("bond", 2), ("angle", 3))}
     types = {kind: law.astype(int) + 1 for kind, law in laws.items() if law is not None}
@@ -50,7 +53,7 @@ def input_of(
     files = {f"{name}.data": as_data(particles, types)}
     if table:
         files[f"{name}.table"] = table
-    return [*head, *_joined_styles(lines), *flat], files
+    return Input([*head, *_joined_styles(lines), *flat], files)
 
 
 def _place(line):
