@@ -24,15 +24,6 @@ LAGS = [(lag, apart) for lags, apart in LEVELS for lag in lags]
 OF_RUN = [(lag, apart) for lag, apart in LAGS if apart < 256]  # of 1700 samples, more than half
 
 
-def pairs_of(samples, lag, apart, expected):
-    """Numbers of the samples that a lag compares: then, now, and the part of the run of now."""
-    then = np.arange(0, samples - lag, apart)
-    short = 1
-    while expected > FINE * short:
-        short *= 2
-    return then, then + lag, (then + lag) // short * PARTS // -(-expected // short)
-
-
 def two_quantities(now, then):
     """A product, and a difference that tells the later sample from the earlier one."""
     return np.stack([(now * then).sum(axis=1), now[0] - then[:, 0]], axis=1)
@@ -49,9 +40,13 @@ def correlate(series, expected):
 def assert_every_lag(quantity, lag, means, counts, sums, samples, lags):
     """For each molecule, and by the tenth of the run in which pairs end; see `LEVELS`."""
     np.testing.assert_allclose(lag, [n for n, _ in lags], rtol=1e-12)
+    short = 1
+    while samples > FINE * short:
+        short *= 2
     for number, (n, apart) in enumerate(lags):
-        then, now, part = pairs_of(samples, n, apart, samples)
-        values = quantity(then, now)
+        then = np.arange(0, samples - n, apart)
+        part = (then + n) // short * PARTS // -(-samples // short)
+        values = quantity(then, then + n)
         np.testing.assert_allclose(means[number], values.mean(axis=0), rtol=0, atol=1e-10)
         np.testing.assert_array_equal(counts[:, number], np.bincount(part, minlength=PARTS))
         expected = np.bincount(part, values.mean(axis=1), minlength=PARTS)

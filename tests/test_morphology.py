@@ -252,13 +252,6 @@ def test_structure_factors_are_those_of_their_definition(name):
             )
 
 
-def distances(scene, position):
-    """(beads, beads) array, at nearest images."""
-    apart = position[:, :, None] - position[:, None]
-    edges = np.array(scene.box)[:, None, None]
-    return np.sqrt(((apart - edges * np.round(apart / edges)) ** 2).sum(axis=0))
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_mixing_and_energies_are_those_of_all_pairs(name):
     """By brute force, for three species: Warren-Cowley order, and a (1 - r)^2 / 2."""
@@ -270,10 +263,11 @@ def test_mixing_and_energies_are_those_of_all_pairs(name):
     assert list(mixing["unlike_pair"]) == ["A B", "A C", "B C"]
     assert list(energies["energy_pair"]) == ["A A", "A B", "A C", "B B", "B C", "C C"]
     np.testing.assert_allclose(mixing["mixing_time"], [0.8, 1.6, 2.4])
-    a = np.asarray(scene.repulsion)[scene.kinds][:, scene.kinds]
+    a, edges = scene.repulsion[scene.kinds][:, scene.kinds], np.array(scene.box)[:, None, None]
     beads = [scene.kinds == kind for kind in range(3)]
     for sample, position in enumerate(positions):
-        r, order, energy = distances(scene, position), [], []
+        apart, order, energy = position[:, :, None] - position[:, None], [], []
+        r = np.sqrt(((apart - edges * np.round(apart / edges)) ** 2).sum(axis=0))
         np.fill_diagonal(r, 1.0)
         for i, j in combinations_with_replacement(range(3), 2):
             of_both, once = r[beads[i]][:, beads[j]], 2 if i == j else 1

@@ -156,29 +156,24 @@ def test_ends_stop_only_where_every_monomer_is_behind_a_bond(box):
             assert crossings_by_looking(position, tried, box)
 
 
-def two_chains(born):
-    """Two chains of four in a box of 6 by 5: the second bonds of both cross, no others."""
-    molecules = [{"architecture": "A 4", "count": 2}]
-    scene = Scene(SCENE | {"box": list(BOX), "molecules": molecules})
-    growth = Growth(scene, Settings(spare=0, initiators=1), np.random.default_rng(0))
-    growth.beads[:] = np.arange(8).reshape(2, 4)
-    growth.length[:] = 4
-    growth.chain[:] = np.repeat([0, 1], 4)
-    growth.born[:] = born
-    level = [(1.2, 2.0), (1.8, 2.0), (2.4, 2.0), (3.0, 2.0)]
-    upright = [(2.2, 1.2), (2.2, 1.8), (2.0, 2.4), (2.0, 3.0)]
-    return growth, np.array([*level, *upright]).T
-
-
 @pytest.mark.parametrize("younger", [0, 1])
 def test_of_two_bonds_that_cross_the_younger_is_undone(younger):
     """With all that grew after it; its beads are free again, those before it stay.
 
     The younger chain began earlier and was finished later, so its age is that of the bond.
     """
-    born = np.array([[0, 4, 5, 6], [0, 4, 5, 6]])
-    born[younger] = [0, 1, 8, 9]
-    growth, position = two_chains(born)
+    molecules = [{"architecture": "A 4", "count": 2}]
+    scene = Scene(SCENE | {"box": list(BOX), "molecules": molecules})
+    growth = Growth(scene, Settings(spare=0, initiators=1), np.random.default_rng(0))
+    growth.beads[:] = np.arange(8).reshape(2, 4)
+    growth.length[:] = 4
+    growth.chain[:] = np.repeat([0, 1], 4)
+    growth.born[:] = [0, 4, 5, 6]
+    growth.born[younger] = [0, 1, 8, 9]
+    # In a box of 6 by 5: the second bonds of both cross, no others.
+    level = [(1.2, 2.0), (1.8, 2.0), (2.4, 2.0), (3.0, 2.0)]
+    upright = [(2.2, 1.2), (2.2, 1.8), (2.0, 2.4), (2.0, 3.0)]
+    position = np.array([*level, *upright]).T
     assert crossings_by_looking(position, growth.bonds()[0], BOX) == {(1, 4)}
     assert growth.undo_crossed(position, BOX) == 2
     assert growth.length.tolist() == [2 if c == younger else 4 for c in (0, 1)]

@@ -27,6 +27,7 @@ README = (ROOT / "README.md").read_text()
 PLACES = "*.md", "docs/*/*.md", "paper_figures/*/*.md", "benchmarks/*.md", "src/dpd/**/*.md"
 PAGES = {str(path.relative_to(ROOT)): path for place in PLACES for path in sorted(ROOT.glob(place))}
 PAPERS = read_config()["papers"]
+SNAKEMAKE = cache(get_argument_parser)  # what it makes of its command line
 
 
 def test_generated_pages_are_fresh():
@@ -74,12 +75,6 @@ def test_commands_of_dpd_exist(path):
             parser.parse_args([stage, *arguments])
 
 
-@cache
-def snakemake_parser():
-    """What Snakemake makes of its command line."""
-    return get_argument_parser()
-
-
 @pytest.mark.parametrize("path", PAGES.values(), ids=PAGES)
 def test_commands_of_snakemake_and_make_exist(path):
     """Options, rules, studies and papers; targets of the Makefile."""
@@ -87,7 +82,7 @@ def test_commands_of_snakemake_and_make_exist(path):
         r"^rule (\w+):", "\n".join(p.read_text() for p in ROOT.glob("rules/*.smk")), re.M
     )
     for command in commands(path.read_text(), "snakemake"):
-        found = snakemake_parser().parse_args(shlex.split(command)[1:])
+        found = SNAKEMAKE().parse_args(shlex.split(command)[1:])
         assert set(found.targets) <= set(rules), command
         given = dict(item.split("=", 1) for item in found.config or ())
         read_config({key: yaml.safe_load(value) for key, value in given.items()})

@@ -85,15 +85,6 @@ def test_a_run_that_is_stopped_can_be_looked_at(tmp_path):
     assert (tmp_path / "run.gsd").read_bytes() == former
 
 
-def damage(path, number):
-    """Change a byte of the third frame's positions."""
-    with gsd.fl.open(str(path), "r") as file:
-        place = file.read_chunk(frame=2, name="particles/position").tobytes()
-    data = bytearray(path.read_bytes())
-    data[data.index(place) + number] ^= 1
-    path.write_bytes(data)
-
-
 def test_frames_that_are_not_those_of_the_checkpoint(tmp_path):
     """The run says so and starts anew, to the same bits."""
     scene, said = watched(4, CHAINS), []
@@ -101,7 +92,12 @@ def test_frames_that_are_not_those_of_the_checkpoint(tmp_path):
     settings = Options(every_seconds=0.0)
     with pytest.raises(Killed):
         simulate(scene, tmp_path / "run.nc", make_start(scene), settings, kill_at(500))
-    damage(tmp_path / "run.unfinished.gsd", 100)
+    path = tmp_path / "run.unfinished.gsd"
+    with gsd.fl.open(str(path), "r") as file:
+        place = file.read_chunk(frame=2, name="particles/position").tobytes()
+    data = bytearray(path.read_bytes())
+    data[data.index(place) + 100] ^= 1  # in the third frame
+    path.write_bytes(data)
     settings = Options(every_seconds=60, say=said.append)
     simulate(scene, tmp_path / "run.nc", make_start(scene), settings)
     assert re.search(r"checkpoint that cannot be right \(.*gsd.*\); starting anew", said[0])

@@ -196,8 +196,11 @@ class CodeAlone(ast.NodeTransformer):
         return super().generic_visit(node)
 
     def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
-        """But for what it refuses, and why."""
-        node.body = [each for each in node.body if not _refuses(each)]
+        """But for what it refuses, and why: no number hangs on that."""
+        for each in list(node.body):
+            of = each.targets[0] if isinstance(each, ast.Assign) else each
+            if getattr(of, "id", getattr(of, "name", "")) in REFUSES:
+                node.body.remove(each)
         return self.generic_visit(node)
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
@@ -215,12 +218,6 @@ class CodeAlone(ast.NodeTransformer):
         """But for what only a checker of types reads."""
         is_for_checkers = getattr(node.test, "id", "") == "TYPE_CHECKING"
         return None if is_for_checkers else self.generic_visit(node)
-
-
-def _refuses(node):
-    """Whether a statement of a class says what may be asked of a page: no number hangs on that."""
-    of = node.targets[0] if isinstance(node, ast.Assign) else node
-    return getattr(of, "id", getattr(of, "name", "")) in REFUSES
 
 
 def _imported(node, path):

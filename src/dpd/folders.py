@@ -1,24 +1,16 @@
 """The folders of the repository, of papers, and of what can be had again."""
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent
-
-
-def _repository() -> Path:
-    """The repository of these sources; of installed ones, the folder that is worked in."""
-    own = PACKAGE.parent.parent
-    if (own / "config" / "config.yaml").is_file():
-        return own
-    try:
-        return Path.cwd()
-    except OSError:  # it was removed
-        return own
-
-
-# It may be any folder: only papers and studies need the repository (`dpd.pipeline.paper`).
-ROOT = _repository()
+# The repository of these sources; of installed ones, the folder that is worked in. It may be any:
+# only papers and studies need the repository (`dpd.pipeline.paper`).
+ROOT = PACKAGE.parent.parent
+if not (ROOT / "config" / "config.yaml").is_file():
+    with suppress(OSError):  # it was removed
+        ROOT = Path.cwd()
 # A folder of papers outside of the repository, each NAME.yaml with a folder NAME of its figures.
 _GIVEN = os.environ.get("DPD_PAPERS_DIR")
 PAPERS_DIR = Path(_GIVEN).absolute() if _GIVEN else None

@@ -52,20 +52,6 @@ TARGET = 1.0
 SURE = 3.5  # standard errors: one test in two thousand fails without cause
 
 
-def ideal_gas(law, samples, apart, box=(3.5, 3.5, 3.5), beads=BEADS, **changes):
-    """Volumes of beads without repulsion so long apart, and their kinetic energies."""
-    position, velocity = random_beads(box, beads, seed=8)
-    changes = {"repulsion": np.zeros((1, 1)), "dt": 0.02, "seed": 5} | changes
-    system = make_system(box, "dpd-vv", pressure=law, **changes)
-    simulation = make_simulation(system, position, velocity)
-    volume, kinetic = np.empty(samples), np.empty(samples)
-    simulation.advance(round(5 * apart / system.dt))
-    for k in range(samples):
-        simulation.advance(round(apart / system.dt))
-        volume[k], kinetic[k] = simulation.volume, (simulation.state.velocity**2).sum()
-    return volume, kinetic
-
-
 # Relaxation time, steps between trials, and the estimate of the compressibility over 1 / P_0,
 # which would be right. Trials over as much as 0.4 of the relaxation time.
 TRIALS = {
@@ -85,7 +71,15 @@ def test_volumes_of_an_ideal_gas(time, every, estimate):
     27 % of the memory is left.
     """
     law = Pressure(TARGET, time, estimate / TARGET, (0, 1, 2), every)
-    volume, kinetic = ideal_gas(law, 200, 8 * time / min(estimate, 1.0))
+    box, free = (3.5, 3.5, 3.5), {"repulsion": np.zeros((1, 1)), "dt": 0.02, "seed": 5}
+    simulation = make_simulation(
+        make_system(box, "dpd-vv", pressure=law, **free), *random_beads(box, BEADS, seed=8)
+    )
+    volume, kinetic, apart = np.empty(200), np.empty(200), 8 * time / min(estimate, 1.0) / 0.02
+    simulation.advance(round(5 * apart))
+    for k in range(200):
+        simulation.advance(round(apart))
+        volume[k], kinetic[k] = simulation.volume, (simulation.state.velocity**2).sum()
     expected = stats.gamma(BEADS + 1, scale=1 / TARGET)
     assert stats.kstest(volume, expected.cdf).pvalue > 1e-3
     assert abs(volume.mean() - expected.mean()) < SURE * expected.std() / np.sqrt(200)

@@ -314,15 +314,18 @@ def export(options: Namespace) -> None:
 @command(option("section", nargs="?", help="such as walls, steps or rdf"), PAGE)
 def keys(options: Namespace) -> None:
     """Say what a scene may say: all sections, or the keys of one."""
-    from dpd.report.keys import rows_below, scene_rows
+    from dpd.report.keys import scene_rows
 
-    rows = scene_rows(_pages(options))
-    if options.section is None:
+    rows, section = scene_rows(_pages(options)), options.section
+    tops = [row.key.removeprefix("observe[].").split(".")[0].removesuffix("[]") for row in rows]
+    if section is None:
         for row in rows:
             if "." not in row.key.removeprefix("observe[]."):
                 print(fill(f"{row.key}: {row.meaning}", WIDTH, subsequent_indent="    "))
         return
-    for row in rows_below(rows, options.section):
+    if section not in tops:
+        raise UserError(f"keys: no section {section!r}; {suggestion(section, sorted(set(tops)))}")
+    for row in [row for row, top in zip(rows, tops) if top == section]:
         allowed = " ".join(filter(None, (row.allowed, row.unit and f"[{row.unit}]")))
         default = row.default
         if default and default != "required":

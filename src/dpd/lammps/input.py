@@ -53,26 +53,18 @@ def input_of(scene: Scene, state: State, name: str = "beads", skin: float = SKIN
     files = {f"{name}.data": as_data(particles, types)}
     if table:
         files[f"{name}.table"] = table
-    return Input([*head, *_joined_styles(lines), *flat], files)
+    styles = [line.removeprefix("pair_style ") for line in lines if line.startswith("pair_style")]
+    rest = [line for line in lines if not line.startswith("pair_style")]
+    style = f"hybrid/overlay {' '.join(styles)}" if len(styles) > 1 else styles[0]
+    if len(styles) == 1:  # coefficients say which they are of if there are several
+        of = f" {style.split()[0]} "
+        rest = [e.replace(of, " ") if e.startswith("pair_coeff") else e for e in rest]
+    return Input([*head, f"pair_style {style}", *rest, *flat], files)
 
 
 def _place(line):
     word = line.split()[0]
     return ORDER.index(word) if word in ORDER else len(ORDER)
-
-
-def _joined_styles(lines):
-    """Lines with one pair style: that of all; coefficients say which they are of if it is not."""
-    styles = [line.removeprefix("pair_style ") for line in lines if line.startswith("pair_style")]
-    rest = [line for line in lines if not line.startswith("pair_style")]
-    if len(styles) > 1:
-        return [f"pair_style hybrid/overlay {' '.join(styles)}", *rest]
-    alone = styles[0].split()[0]
-    return [
-        f"pair_style {styles[0]}",
-        *(line.replace(f" {alone} ", " ") if line.startswith("pair_coeff") else line
-          for line in rest),
-    ]  # fmt: skip
 
 
 def _beyond_repulsion(scene, file):

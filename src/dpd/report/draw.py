@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba_array
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from dpd.engine.space import nearest
 from dpd.errors import UserError, shown
@@ -20,7 +21,7 @@ from dpd.files import check_output, replace_whole
 from dpd.particles import read
 from dpd.particles.netcdf import fields_of, particles_of, read_fields
 from dpd.particles.particles import Particles
-from dpd.report.draw_fields import AXES, draw_fields, draw_legend, refuse_unknown
+from dpd.report.draw_fields import AXES, draw_fields, refuse_unknown
 from dpd.report.style import LOOK, MANY, OF_SPECIES, SINGLE
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ BOND = 0.7  # width of a bond, in radii of beads
 PALEST = 0.7  # share of white in the colour of what is farthest
 RIM = 0.5  # share of black in the edge of a bead
 CORNERS = 40  # of a disc
+PER_ROW = 4  # species in a row of the legend
 GRAY = "#B4B4B4"  # beads without bonds among molecules
 
 
@@ -160,7 +162,13 @@ def _draw_particles(figure, particles, species, colour, view, slab, radius, widt
     if visible.any():
         beads = _beads(particles, [right, up], visible, depth, colours, radius)
         axes.add_collection(beads, autolim=False)
-    draw_legend(figure, {name: legend[name] for name in legend if name in drawn})
+    if legend := {name: legend[name] for name in legend if name in drawn}:
+        dots = [Line2D([], [], ls="none", marker="o", ms=5, color=c) for c in legend.values()]
+        place = {"loc": "outside upper center", "ncols": PER_ROW, "handletextpad": 0.1}
+        texts = figure.legend(dots, [" "] * len(dots), **place).get_texts()
+        for text, name in zip(texts, legend):
+            text.set_parse_math(False)  # names come from files, and may begin with an underscore
+            text.set_text(name)
 
 
 def _seen(particles, view, slab, path):

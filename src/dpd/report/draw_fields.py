@@ -1,12 +1,10 @@
 """Pictures of density fields: slices with a colour bar, at one time or several."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from dpd.errors import UserError, shown
@@ -18,7 +16,6 @@ AXES = "xyz"
 MOST_FRAMES = 8  # in one picture
 LEAST = 0.5  # width of a Gaussian in cells, at which the grid does not show
 PIXEL, MOST_PIXELS = 0.05, 600  # r_c of a slice, and along an axis
-PER_ROW = 4  # species in a row of the legend
 AROUND = 0.45  # inches beside and below panels
 
 
@@ -103,16 +100,3 @@ def slice_of(
     if len(box) == 3:
         places[axis] = np.array([place])
     return smoothed(density, box, places, width).squeeze().T
-
-
-def draw_legend(figure: Figure, colours: Mapping[str, Any]) -> None:
-    """The colours of species above the picture; nothing if there are none."""
-    if not colours:
-        return
-    dots = [Line2D([], [], ls="none", marker="o", ms=5, color=c) for c in colours.values()]
-    legend = figure.legend(
-        dots, [" "] * len(dots), loc="outside upper center", ncols=PER_ROW, handletextpad=0.1,
-    )  # fmt: skip
-    for text, name in zip(legend.get_texts(), colours):
-        text.set_parse_math(False)  # names come from files, and may begin with an underscore
-        text.set_text(name)

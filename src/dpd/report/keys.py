@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from dpd.errors import UserError, suggestion
 from dpd.page import NEEDED, Observable, Page, Start, Term, find, names
 from dpd.scene.sections import Basics, Ramp
 from dpd.scene.yaml import model_in
@@ -109,14 +108,6 @@ def scene_rows(own: Mapping[str, Any] | None = None) -> list[Row]:
     return found
 
 
-def rows_below(rows: list[Row], name: str) -> list[Row]:
-    """Those of a section: of its key, and of the keys in it; `UserError` without such a section."""
-    tops = [row.key.removeprefix("observe[].").split(".")[0].removesuffix("[]") for row in rows]
-    if name not in tops:
-        raise UserError(f"keys: no section {name!r}; {suggestion(name, sorted(set(tops)))}")
-    return [row for row, top in zip(rows, tops) if top == name]
-
-
 def text_of(model: Any) -> str:
     """A section's docstring, in one paragraph."""
     return " ".join((model.__doc__ or "").split())
@@ -139,22 +130,16 @@ def rows_of(model: Any, prefix: str) -> Iterator[Row]:
     for name, field in model.model_fields.items() if model else ():
         name = field.alias or name
         given = schema[name]
-        cells = _allowed(given), given.get("unit", ""), _default(field, given)
+        default = "required" if field.is_required() else given.get("default")
+        # Nothing where the page or the scene decides. Steps between samples are at least 1.
+        if default in (None, {}, []) or (not default and given.get("minimum") == 1):
+            default = ""
+        default = f"{default:g}" if isinstance(default, float) else str(default)
+        cells = _allowed(given), given.get("unit", ""), default
         yield Row(f"{prefix}{name}", *cells, field.description or "")
         kinds = {each.get("type") for each in _kinds(given)}
         inside = "[]" if given.get("type") == "array" else ".NAME" if "object" in kinds else ""
         yield from rows_of(model_in(field.annotation), f"{prefix}{name}{inside}.")
-
-
-def _default(field, given):
-    """Of a setting: nothing where the page or the scene decides."""
-    if field.is_required():
-        return "required"
-    default = given.get("default")
-    # Steps between samples are at least 1, and none is given.
-    if default in (None, {}, []) or (not default and given.get("minimum") == 1):
-        return ""
-    return f"{default:g}" if isinstance(default, float) else str(default)
 
 
 def _kinds(given):

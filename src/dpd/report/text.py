@@ -174,7 +174,18 @@ def sweep_line(sweep: xr.Dataset) -> str:
 
 def line_of(scenes: Sequence[Scene], replicas: int = 1) -> str:
     """What a caption says of some scenes."""
-    said = (_system(scenes), *_forces(scenes), _dynamics(scenes), _sampling(scenes, replicas))
+    equilibration = span([scene.steps.equilibrate for scene in scenes], counted=False)
+    sampled = span([scene.steps.sample for scene in scenes], counted=False)
+    runs = f"{replicas} replicas of each run" if replicas > 1 else "one replica"
+    before = "without" if equilibration == "0" else f"after {equilibration} of"
+    sampling = f"{sampled} steps {before} equilibration, {runs}"
+    integrators = [scene.data["integrator"] for scene in scenes]
+    scheme = span([integrator["scheme"] for integrator in integrators])
+    predicting = [each["lambda"] for each in integrators if each["scheme"] in PREDICTING]
+    prediction = f", lambda = {span(predicting)}" if predicting else ""
+    dt = span([integrator["dt"] for integrator in integrators])
+    dynamics = f"{_thermostat(scenes)}, scheme {scheme}{prediction}, dt = {dt}"
+    said = (_system(scenes), *_forces(scenes), dynamics, sampling)
     return "; ".join(phrase for phrase in said if phrase)
 
 
@@ -182,7 +193,15 @@ def _system(scenes):
     """Beads, molecules, box, density."""
     beads = span([scene.beads for scene in scenes], counted=False)
     density = span([round(scene.density, 2) for scene in scenes])
-    line = f"{beads} beads, {_molecules(scenes)}, {_box(scenes)}, rho = {density}"
+    boxes = list(dict.fromkeys(scene.box for scene in scenes))
+    dimension = len(boxes[0])
+    if len(boxes) > 1 and all(len(set(edges)) == 1 for edges in boxes):
+        shape = "cubic" if dimension == 3 else "square"
+        box = f"{shape} boxes with edges of {span([edges[0] for edges in boxes])} r_c"
+    else:
+        each = [" x ".join(f"{edge:g}" for edge in edges) for edges in boxes]
+        box = f"{'box' if len(boxes) == 1 else 'boxes'} {', '.join(each)} r_c^{dimension}"
+    line = f"{beads} beads, {_molecules(scenes)}, {box}, rho = {density}"
     missed = [pair for scene in scenes for pair in scene.missed_densities.values()]
     if not missed:  # all densities are met by whole molecules
         return line
@@ -202,17 +221,6 @@ def _molecules(scenes):
         return f"molecules {', '.join(kinds.values())}"
     lengths = [len(beads) for beads, *_ in kinds]
     return f"monomers{of}" if set(lengths) == {1} else f"chains{of}, N = {span(lengths)}"
-
-
-def _box(scenes):
-    """Edges of one box, or the range of the edge of several."""
-    boxes = list(dict.fromkeys(scene.box for scene in scenes))
-    dimension = len(boxes[0])
-    if len(boxes) > 1 and all(len(set(box)) == 1 for box in boxes):
-        shape = "cubic" if dimension == 3 else "square"
-        return f"{shape} boxes with edges of {span([box[0] for box in boxes])} r_c"
-    edges = [" x ".join(f"{edge:g}" for edge in box) for box in boxes]
-    return f"{'box' if len(boxes) == 1 else 'boxes'} {', '.join(edges)} r_c^{dimension}"
 
 
 def _forces(scenes):
@@ -262,16 +270,6 @@ def _by_species(symbol, species, tables):
     return ", ".join(f"{' = '.join(named)} = {values}" for values, named in alike.items())
 
 
-def _dynamics(scenes):
-    """Thermostat, scheme, time step."""
-    integrators = [scene.data["integrator"] for scene in scenes]
-    scheme = span([integrator["scheme"] for integrator in integrators])
-    predicting = [each["lambda"] for each in integrators if each["scheme"] in PREDICTING]
-    prediction = f", lambda = {span(predicting)}" if predicting else ""
-    dt = span([integrator["dt"] for integrator in integrators])
-    return f"{_thermostat(scenes)}, scheme {scheme}{prediction}, dt = {dt}"
-
-
 def _thermostat(scenes):
     """sigma^2 = 2 gamma kT; distribution of the noise."""
     thermostats = [scene.data["thermostat"] for scene in scenes]
@@ -287,12 +285,3 @@ def _thermostat(scenes):
         return "no thermostat"
     sigma = span([round((2 * each["gamma"] * each["kT"]) ** 0.5, 3) for each in thermostats])
     return f"{bath}sigma = {sigma} (gamma = {gamma}), {noise} noise"
-
-
-def _sampling(scenes, replicas):
-    """Steps, equilibration, replicas."""
-    equilibration = span([scene.steps.equilibrate for scene in scenes], counted=False)
-    sampled = span([scene.steps.sample for scene in scenes], counted=False)
-    each = f"{replicas} replicas of each run" if replicas > 1 else "one replica"
-    before = "without" if equilibration == "0" else f"after {equilibration} of"
-    return f"{sampled} steps {before} equilibration, {each}"

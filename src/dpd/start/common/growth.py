@@ -183,7 +183,6 @@ class Growth:
         needed = np.bincount(scene.kinds, minlength=len(number))
         stock = np.ceil(needed * (1 + spare)).astype(int)
         self.species = np.repeat(np.arange(len(stock)), stock).astype(np.uint8)
-        self.target = scene.beads
         self.chain = np.full(len(self.species), FREE)  # of each bead
         self.beads = np.zeros_like(self.wanted)  # identities along chains
         self.born = np.zeros_like(self.wanted)  # steps at which beads came to chains
@@ -260,7 +259,7 @@ class Growth:
     @property
     def bonded(self) -> int:
         """Beads in chains, up to those wanted."""
-        return min(int(self.length.sum()), self.target)
+        return min(int(self.length.sum()), self.scene.beads)
 
     def finished(self) -> np.ndarray:
         """Chains of full length, as many of each kind as asked, or fewer."""
@@ -286,7 +285,7 @@ def grown(page: Any, scene: Scene, progress: Callable[[int], object] | None) -> 
         if (state.step - last_gain) * settings.dt > STALL:
             raise UserError(
                 f"{scene.where}: start.polymerize: after {state.step * settings.dt - SETTLE:.0f} "
-                f"tau no chain grows any more: {growth.bonded} of {growth.target} beads are in "
+                f"tau no chain grows any more: {growth.bonded} of {scene.beads} beads are in "
                 f"chains. Raise start.polymerize.spare (now {settings.spare:g}), initiators (now "
                 f"{settings.initiators:g}) or radius (now {settings.radius:g}), or ask for shorter "
                 f"chains. {growth.undone} bonds were crossed and undone: if that is many, take a "
