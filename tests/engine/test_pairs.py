@@ -13,6 +13,7 @@ from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
 from dpd.engine import integrate, space
+from dpd.engine.integrate import FAST
 from dpd.engine.measure import pair_histogram, sorted_beads
 from dpd.engine.neighbours import first_place, near_pairs
 from dpd.engine.rows import axes_of, rows_of
@@ -171,6 +172,20 @@ def test_forces_where_layers_are_cut_into_blocks(box):
     np.testing.assert_allclose(found, expected, atol=1e-11)
     virial = np.trace(simulation.measure().of(-1).virial[0])
     np.testing.assert_allclose(virial, (push * apart).sum(), rtol=1e-12)
+
+
+def test_a_list_lasts_longer_when_it_is_made_ahead_of_the_beads():
+    """About twice as long, where nothing acts on beads as fast as the fastest are taken to be."""
+    system = make_system((6.0,) * 3, repulsion=np.zeros((1, 1)), friction=1e-20, skin=0.4, dt=0.002)
+    position, velocity = random_beads(system.box, 300, seed=5)
+    velocity *= FAST / np.linalg.norm(velocity, axis=0)
+    lists = []
+    for ahead in (1.0, 0.0):
+        simulation = make_simulation(system, position, velocity)
+        simulation._plan = simulation._plan._replace(ahead=ahead * simulation._plan.ahead)
+        seen = {simulation.state.reference[0, 0] for _ in range(400) if not simulation.advance(1)}
+        lists.append(len(seen))
+    assert 1.7 * lists[0] < lists[1]
 
 
 @EXAMPLES

@@ -200,7 +200,7 @@ def add_some(plan, beads, force, shared, own, n, task, count, now):
         add_densities(shared.density, pairs, n, many_body, edges)
         return count
     gather_crowds(pairs, n, shared.density)
-    v = rows.velocity_seen(beads.velocity, beads.predicted)
+    v = rows.first_given(beads.predicted, beads.velocity)
     gather_friction(pairs, n, v, beads, friction, edges, plan.slide, now.keys)
     add_pair_forces(force, pairs, n, species, pair, many_body, friction, edges)
     if now.measure:

@@ -15,7 +15,7 @@ import numpy as np
 from numba import int64, uint32, uint64
 
 from dpd.engine import lanes, rows
-from dpd.engine.space import IMAGE, Cells, Grid, Slide, boxes_along, nearest_images
+from dpd.engine.space import IMAGE, Cells, Grid, Slide, boxes_along
 from dpd.engine.threads import BLOCKS, next_task
 from dpd.jit import WIDE, inlined
 
@@ -345,7 +345,7 @@ def list_buffers(grid: Grid, size: int) -> Listed:
 
 
 @inlined()
-def list_pairs(team, x, search, reach, listed):
+def list_pairs(team, search, reach, listed):
     """Count pairs within ``reach`` in blocks that this thread takes; list them if there is room."""
     pieces, piece, phases = search.grid.blocks
     start, levels = search.cells.start, search.grid.shape[len(search.edges) - 1]
@@ -386,5 +386,4 @@ def listed_pairs(first, end, x, slots, search):
     fill_up(i, j, n)
     for p in range(U0, n, FOUR):
         rows.apart_to_columns(separation, p, x, i, j, search.edges, search.slide, None, None)
-    nearest_images(separation, n, search.edges, search.slide)
     return first + np.int64(n), keep_near(search.pairs, n, CUTOFF * CUTOFF, search.edges)

@@ -315,8 +315,8 @@ def push_sixteen(typing, force, i, j, scale, along, first, stride, edges):
 
 
 @inlined()
-def velocity_seen(velocity, predicted):
-    """What the friction sees."""
-    if predicted is None:
-        return velocity
-    return predicted
+def first_given(array, other):
+    """An array, or the other where it is None."""
+    if array is None:
+        return other
+    return array

@@ -8,7 +8,7 @@ import numpy as np
 
 from dpd.engine.beads import DEPTH, DRAG, across_of, near_buffers, sampled_buffers
 from dpd.engine.forces import angles_of, bonds_of, buffers_of, cache_buffers
-from dpd.engine.integrate import row_edges, times_of
+from dpd.engine.integrate import row_edges, time_ahead, times_of
 from dpd.engine.neighbours import CUTOFF, line_buffers, list_buffers, pair_buffers
 from dpd.engine.rows import aligned, axes_of, row_width, rows_of
 from dpd.engine.space import TURN, cell_buffers, edges_of, grid_of, slide_of, tilted, wrapped
@@ -173,13 +173,11 @@ class Simulation(Snapshot):
         beads = self._copied_beads()
         spare = self._spare or self._copied_beads()
         listed = state.reference is not None and state.reference is self._listed
-        reference, self._listed = None, None
-        if system.skin > 0:
-            reference = rows_of(state.position if state.reference is None else state.reference)
+        self._listed = None
         force = rows_of(state.force) if steps else np.zeros_like(beads.position)
         shared = self._shared_now(len(at))
         span = Span(state.step, steps, listed, at, measure)
-        in_spare, lost, short = self._all_threads(beads, spare, force, reference, shared, span)
+        in_spare, lost, short = self._all_threads(beads, spare, force, shared, span)
         beads, self._spare = (spare, beads) if in_spare else (beads, spare)
         if short:
             need = SPARE_ROOM * shared.need.max(axis=0)
@@ -195,8 +193,8 @@ class Simulation(Snapshot):
             )
         if shared.deepest is not None:
             self._refuse_behind(shared.deepest)
-        if reference is not None:
-            self._listed = axes_of(reference, dimension)
+        if beads.reference is not None:
+            self._listed = axes_of(beads.reference, dimension)
         self.state = replace(
             state,
             position=axes_of(beads.position, dimension),
@@ -218,7 +216,9 @@ class Simulation(Snapshot):
 
     def _copied_beads(self):
         """Copies, as the loop works in place, and a former state must stay as it was."""
-        scheme, state = self.system.scheme, self.state
+        scheme, state, reference = self.system.scheme, self.state, None
+        if self.system.skin > 0:
+            reference = rows_of(state.position if state.reference is None else state.reference)
         return Beads(
             position=rows_of(state.position),
             velocity=rows_of(state.velocity),
@@ -226,6 +226,7 @@ class Simulation(Snapshot):
             identity=state.identity.copy(),
             species=None if state.species is None else state.species.copy(),
             peculiar=None if state.peculiar is None else state.peculiar.copy(),
+            reference=reference,
         )
 
     def _make_buffers(self):
@@ -301,9 +302,9 @@ class Simulation(Snapshot):
                 "run is too hot", int(step),
             )  # fmt: skip
 
-    def _all_threads(self, beads, spare, force, reference, shared, span):
+    def _all_threads(self, beads, spare, force, shared, span):
         def take_part(team, own):
-            return advance(team, self._plan, beads, spare, force, reference, shared, own, span)
+            return advance(team, self._plan, beads, spare, force, shared, own, span)
 
         first, *rest = zip(new_team(self._threads), self._own)
         others = [self._others.submit(take_part, *each) for each in rest]
@@ -325,6 +326,7 @@ def _plan_of(system, box):
         kick_waits=not (scheme.renewal or scheme.middle or forces.exchange),
         dt=system.dt,
         skin=float(system.skin),
+        ahead=time_ahead(system),
         seed=np.uint64(system.seed),
         mass=None if system.masses is None else np.asarray(system.masses, float),
         across=across_of(system),

@@ -358,6 +358,7 @@ def move_beads(source, target, mine, place, edges):
     move_numbers(source.identity, target.identity, mine, place)
     move_numbers(source.species, target.species, mine, place)
     move_numbers(source.peculiar, target.peculiar, mine, place)
+    move_rows(source.reference, target.reference, mine, place, edges)
 
 
 @inlined(given="source")

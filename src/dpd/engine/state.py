@@ -31,6 +31,7 @@ class Beads(NamedTuple):
     identity: np.ndarray  # (n,) uint32: number of the bead in each slot
     species: np.ndarray | None  # (n,) uint8
     peculiar: np.ndarray | None  # (n,): see `State`
+    reference: np.ndarray | None  # rows: the places that the list of pairs is made of
 
 
 # Places in the arrays of `Sums`.
@@ -199,7 +200,8 @@ class State:
     identity: np.ndarray  # (n,) uint32: number of the bead in each slot
     species: np.ndarray | None  # (n,) uint8: None where there is one species
     step: int
-    # (dimension, n): positions when the pair list was made; None without a list
+    # (dimension, n): places that the pair list is made of, see `dpd.engine.integrate.look_ahead`;
+    # None without a list
     reference: np.ndarray | None = None
     slid: int | None = None  # parts of an edge by which images had slid at step 0, under shear
     box: tuple[float, ...] | None = None  # edges in r_c; None for those of the system, which stay

@@ -12,8 +12,8 @@ step is
     friction again     f   = f(r, v), in DPD-VV: for the next step
     exchange           of momentum between pairs, in schemes that split friction and noise off
 
-A list of pairs follows from the positions when it was made (the reference), in the order of the
-sort of that time, so a resumed run has the same list in the same order.
+A list of pairs follows from places that lie ahead of the beads when it is made (the reference), in
+the order of the sort of that time, so a resumed run has the same list in the same order.
 
 Every thread of a team runs this loop. Drifts, kicks and sorts go by beads, each thread with its
 own; forces go by batches of bonds and by blocks of cells, whoever is free taking the next, in the
@@ -28,7 +28,16 @@ import numpy as np
 from dpd.engine import space
 from dpd.engine.beads import Across, Near, Sampled, add_bath, add_body_force, add_walls, take_sample
 from dpd.engine.forces import Arms, Bonded, Cached, add_bonded, add_some, close_phase, find_slots
-from dpd.engine.integrate import Lost, Times, divide_by_masses, drift, finish, first_lost, slide_to
+from dpd.engine.integrate import (
+    Lost,
+    Times,
+    divide_by_masses,
+    drift,
+    finish,
+    first_lost,
+    look_ahead,
+    slide_to,
+)  # fmt: skip
 from dpd.engine.neighbours import (
     Line,
     Listed,
@@ -40,7 +49,7 @@ from dpd.engine.neighbours import (
     next_pairs,
     place_of_piece,
 )
-from dpd.engine.rows import copy_row, velocity_seen
+from dpd.engine.rows import first_given
 from dpd.engine.threads import BLOCKS, barrier, new_round, next_task, share_of
 from dpd.jit import inlined, kernel
 from dpd.physics.common.forces import Forces
@@ -65,6 +74,7 @@ class Plan(NamedTuple):
     kick_waits: bool
     dt: float
     skin: float  # distance beyond the cutoff within which pairs are listed
+    ahead: float  # time by which the places that they are listed at are ahead of the beads
     seed: int
     mass: np.ndarray | None  # (species,): None where all are 1
     across: Across  # cells across a flow, in which sums over beads are kept apart
@@ -123,11 +133,11 @@ class Evaluation(NamedTuple):
 
 
 @kernel()
-def advance(team, plan, beads, spare, force, reference, shared, own, span):
+def advance(team, plan, beads, spare, force, shared, own, span):
     """Advance by some steps, or for 0 steps sort and evaluate the force where the beads are.
 
     All threads of a team call this, with the same arrays but their own. ``force`` is over the mass;
-    zero for 0 steps. Without a ``reference`` pairs are found by cells in every step. Return whether
+    zero for 0 steps. Without a reference pairs are found by cells in every step. Return whether
     the beads are in ``spare`` in the end; a bead that moved too far; and whether ``shared.need`` is
     more than the buffers hold. In both cases the call has no result.
     """
@@ -140,23 +150,26 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         if span.steps > 0:
             step += 1
             slide_to(step, image, beads.identity, mine, plan.dt, slide)
-            drift(team, plan, beads, force, mine, reference, shared, own, pending)
+            drift(team, plan, beads, force, mine, shared, own, pending)
             barrier(team)
             lost = first_lost(shared.lost, beads.identity, step)
             if lost.bead >= 0:
                 break
         sort_now = span.steps == 0 or farthest(shared.moved) > 0.25 * plan.skin * plan.skin
         if sort_now:
-            sort_together(team, beads.position, mine, shared.cells, grid, edges, slide)
+            look_ahead(plan, beads, mine, beads.reference)
+            places = first_given(beads.reference, beads.position)
+            sort_together(team, places, mine, shared.cells, grid, edges, slide)
             space.move_beads(beads, spare, mine, shared.cells.place, edges)
             barrier(team)
             beads, spare = spare, beads
-            space.copy_single(shared.cells.single, beads.position, mine, edges, slide)
+            places = first_given(beads.reference, beads.position)
+            space.copy_single(shared.cells.single, places, mine, edges, slide)
             swapped = not swapped
         if sort_now or s == 0:
             find_slots(shared.slot, beads.identity, mine)
         first = s == 0 and not span.listed
-        renew_list(team, plan, beads.position, reference, mine, shared, own, sort_now, first)
+        renew_list(team, plan, beads.reference, mine, shared, own, sort_now, first)
         if sort_now:
             need[OF_LINE] = longest_line(shared.cells.most, grid)
         barrier(team)
@@ -176,7 +189,7 @@ def advance(team, plan, beads, spare, force, reference, shared, own, span):
         short = is_short(shared.need, room)
         if short:
             break
-        v, forces = velocity_seen(beads.velocity, beads.predicted), plan.forces
+        v, forces = first_given(beads.predicted, beads.velocity), plan.forces
         add_bath(force, v, beads, mine, forces.langevin, own.near, now.keys, edges)
         add_body_force(force, beads.position, beads.species, mine, forces.body_force)
         add_walls(team, force, v, beads, mine, forces.walls, own.near, shared, now, edges)
@@ -222,13 +235,13 @@ def is_short(need, room):
 
 
 @inlined(given="reference")
-def renew_list(team, plan, x, reference, mine, shared, own, sorted_now, first):
-    """Make the list after a sort, and in a call's first step from the reference it was given."""
+def renew_list(team, plan, reference, mine, shared, own, sorted_now, first):
+    """Make the list after a sort, and in a call's first step from the reference it was given.
+
+    Without a sort beads are in the order of the one before: each goes to its own place.
+    """
     cells, need = shared.cells, shared.need[team.rank]
-    if sorted_now:
-        for i in range(mine.first, mine.end):
-            copy_row(reference, i, x, i, plan.edges)
-    elif first:  # beads are in the order of the sort then: each goes to its own place
+    if first and not sorted_now:
         sort_together(team, reference, mine, cells, plan.grid, plan.edges, plan.slide)
         space.copy_single(cells.single, reference, mine, plan.edges, plan.slide)
     if sorted_now or first:
@@ -236,7 +249,7 @@ def renew_list(team, plan, x, reference, mine, shared, own, sorted_now, first):
         need[OF_LINE] = longest_line(cells.most, plan.grid)
         if need[OF_LINE] <= own.room[OF_LINE]:
             search = Search(cells, plan.grid, own.line, own.pairs, plan.edges, plan.slide)
-            need[OF_LIST] = list_pairs(team, reference, search, 1.0 + plan.skin, own.listed)
+            need[OF_LIST] = list_pairs(team, search, 1.0 + plan.skin, own.listed)
 
 
 @inlined(given="density")

@@ -22,8 +22,8 @@ from dpd.scene.yaml import changed, read_yaml, value_of
 
 # A list of pairs pays where dt sqrt(kT / m) is little of its skin, and the skin that is best falls
 # with the density; both measured (benchmarks/README.md).
-SMALL_STEP = {2: 0.1, 3: 0.055}  # of the skin
-SKIN, THIN, THICK = 0.4, 0.1, 0.5  # in r_c: at density 1, at least, at most
+SMALL_STEP = {2: 0.15, 3: 0.09}  # of the skin
+SKIN, THIN, THICK = 0.35, 0.1, 0.5  # in r_c: at density 1, at least, at most
 
 
 class Steps(NamedTuple):

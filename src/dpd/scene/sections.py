@@ -90,11 +90,11 @@ class Pairs(Section):
 
     search: Literal["auto", "cells", "list"] = setting(
         "Cells sorted every step, or a list that lasts while beads hardly move; auto takes the "
-        "list where dt sqrt(kT / m) is up to 0.1 of the skin in two dimensions, 0.055 in three, "
+        "list where dt sqrt(kT / m) is up to 0.15 of the skin in two dimensions, 0.09 in three, "
         "and the box stays as it is.", "auto",
     )  # fmt: skip
     skin: float | None = setting(
-        "Distance beyond the cutoff within which pairs are listed; 0.4 over the density, but 0.1 "
+        "Distance beyond the cutoff within which pairs are listed; 0.35 over the density, but 0.1 "
         "to 0.5, where it is left out.", None, unit="r_c", gt=0, le=1,
     )  # fmt: skip
 
