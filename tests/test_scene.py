@@ -42,7 +42,7 @@ def test_steps_and_digest_follow_the_content():
 
 
 @pytest.mark.parametrize(
-    ("density", "dt", "skin"), [(3, 0.04, 0), (3, 0.005, 0.13), (1, 0.02, 0.4), (1, 0.04, 0)]
+    ("density", "dt", "skin"), [(3, 0.04, 0), (3, 0.005, 0.12), (1, 0.02, 0.35), (1, 0.04, 0)]
 )
 def test_pairs_are_listed_where_beads_move_little_of_the_skin(density, dt, skin):
     """Not where the box changes; as asked, where a scene says how."""
