@@ -13,7 +13,6 @@ from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 
 from dpd.engine import integrate, space
-from dpd.engine.integrate import FAST
 from dpd.engine.measure import pair_histogram, sorted_beads
 from dpd.engine.neighbours import first_place, near_pairs
 from dpd.engine.rows import axes_of, rows_of
@@ -178,7 +177,7 @@ def test_a_list_lasts_longer_when_it_is_made_ahead_of_the_beads():
     """About twice as long, where nothing acts on beads as fast as the fastest are taken to be."""
     system = make_system((6.0,) * 3, repulsion=np.zeros((1, 1)), friction=1e-20, skin=0.4, dt=0.002)
     position, velocity = random_beads(system.box, 300, seed=5)
-    velocity *= FAST / np.linalg.norm(velocity, axis=0)
+    velocity *= integrate.FAST / np.linalg.norm(velocity, axis=0)
     lists = []
     for ahead in (1.0, 0.0):
         simulation = make_simulation(system, position, velocity)

@@ -317,12 +317,12 @@ def keys(options: Namespace) -> None:
     from dpd.report.keys import scene_rows
 
     rows, section = scene_rows(_pages(options)), options.section
-    tops = [row.key.removeprefix("observe[].").split(".")[0].removesuffix("[]") for row in rows]
     if section is None:
         for row in rows:
             if "." not in row.key.removeprefix("observe[]."):
                 print(fill(f"{row.key}: {row.meaning}", WIDTH, subsequent_indent="    "))
         return
+    tops = [row.key.removeprefix("observe[].").split(".")[0].removesuffix("[]") for row in rows]
     if section not in tops:
         raise UserError(f"keys: no section {section!r}; {suggestion(section, sorted(set(tops)))}")
     for row in [row for row, top in zip(rows, tops) if top == section]:

@@ -168,9 +168,9 @@ def look_ahead(plan, beads, mine, reference):
     """Let a list be made where beads will be about half way through its life.
 
     A list lasts until a bead is half the skin away from its place in the reference. A bead that
-    keeps its velocity comes up to a place ahead of it, and goes as far again behind it. So lists
-    last 1.4 times as long in W2 as with places where beads are, and 1.7 times in W3. No place is
-    further ahead than half the skin, or it would be too far away at once.
+    keeps its velocity comes up to a place ahead of it, and goes as far again behind it. So in W2
+    and W3 lists last 1.7 times as long as with places where beads are. No place is further ahead
+    than half the skin, or it would be too far away at once.
     """
     x, v, edges, half = beads.position, beads.velocity, plan.edges, 0.5 * plan.skin
     for i in range(mine.first, mine.end):
