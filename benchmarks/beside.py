@@ -7,7 +7,14 @@ from functools import partial
 import numpy as np
 
 from benchmarks.systems import MEMORY, WORKLOADS, workload
-from benchmarks.timing import in_turns, labelled, seconds_of, simulation_of, starts_of
+from benchmarks.timing import (
+    in_turns,
+    labelled,
+    on_one_core,
+    seconds_of,
+    simulation_of,
+    starts_of,
+)  # fmt: skip
 from dpd.engine.simulation import Snapshot
 from dpd.engine.space import wrapped
 from dpd.engine.state import ALL_FORCES, State
@@ -50,7 +57,8 @@ def beside_lammps(scenes=None, turns=TURNS, snapshots=SNAPSHOTS, reach=REACH, sa
     rates, skins, found = [], [], []
     for name, scene in scenes.items():
         say(f"{name}: speed")
-        rate, skin, state = race(scene, starts[name], turns)
+        with on_one_core():
+            rate, skin, state = race(scene, starts[name], turns)
         rates.append(rate)
         skins.append(skin)
         if snapshots:

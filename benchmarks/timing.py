@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import time
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -42,6 +44,17 @@ def in_turns(advances, steps, turns):
     """
     taken = list(zip(advances, np.broadcast_to(steps, len(advances)).tolist()))
     return np.array([[seconds_of(*each) for each in taken] for _ in range(turns)]).T
+
+
+@contextmanager
+def on_one_core():
+    """Stay on one core: each move to another begins with empty caches."""
+    usable = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(usable)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, usable)
 
 
 def starts_of(scenes, say):
