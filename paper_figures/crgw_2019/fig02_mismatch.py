@@ -36,19 +36,15 @@ PAPER_SHOWS = (
 
 
 def compute(sweeps):
-    """Mismatch of every fluid, and the constants of Eq. 14 that fit all of them best."""
-    data = mismatches(sweeps)
-    constants, errors, left = _refitted(data)
-    data["constants"] = ("constant", constants, {"units": "1"})
-    data["constants_error"] = ("constant", errors, {"units": "1"})
-    data["refitted_off"] = ("fluid", left, {"units": "%"})
-    return data
+    """Mismatch of every fluid."""
+    return mismatches(sweeps)
 
 
 def _refitted(data):
-    """eta and beta by least squares of relative errors, their standard errors, what is left in %.
+    """eta and beta by least squares of relative errors, their errors, and what is left in %.
 
-    The errors are those that the pressures have; that the equation is not exact is no error.
+    Of the errors the first are those that the pressures have, the others of that the equation is
+    not exact: by its residuals, as if each fluid had one of its own.
     """
     at = data.sel(equation="crGW")
     pressure, error, off = (
@@ -67,8 +63,10 @@ def _refitted(data):
         return (loose - eta * (m - 1) / (m + beta) * taken) / pressure - 1
 
     found = least_squares(missed, (ETA, BETA))
-    follow = np.linalg.pinv(found.jac) * error / 100
-    return found.x, np.sqrt((follow**2).sum(axis=1)), 100 * found.fun
+    follow = np.linalg.pinv(found.jac)
+    errors = np.linalg.norm(follow * error / 100, axis=1)
+    misfit = np.linalg.norm(follow, axis=1) * np.std(found.fun, ddof=2)
+    return found.x, errors, misfit, 100 * found.fun
 
 
 def measured(data):
@@ -92,11 +90,12 @@ def measured(data):
         f"bonds above {SHORTEST:g} alone: mean {np.abs(long).mean():.2f} %, largest "
         f"{np.abs(long).max():.1f} %"
     )
-    left = np.abs(data.refitted_off.values)
+    constants, errors, misfits, left = _refitted(data)
+    left = np.abs(left)
     fit = f"with both, the mean error is {left.mean():.2f} %, the largest {left.max():.1f} %"
     eta, beta = (
-        Measured(float(value), float(error), fit, missing)
-        for value, error in zip(data.constants, data.constants_error)
+        Measured(value, float(np.hypot(error, misfit)), fit, missing, systematic=misfit)
+        for value, error, misfit in zip(constants, errors, misfits)
     )
     return {
         "crgw_mean_error": Measured(mean, mean_error, longer, missing),

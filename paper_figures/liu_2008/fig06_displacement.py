@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from dpd.analysis.diffusion import HALF, displacements, subdiffusion
-from dpd.analysis.statistics import COVERAGE, linear_fit
+from dpd.analysis.statistics import COVERAGE, UNLIKELY, linear_fit
 from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLACK, ORANGE, panels
 from dpd.report.text import with_error
@@ -126,10 +126,8 @@ def _meeting(inner, centre):
 def measured(data):
     """The exponent of the paper's chains, what it excludes, and what the text says of all N."""
     pairs = data.sel(bath="pairs").dropna("length", subset=["duration"])
-    absent = Measured(np.nan, np.nan)
     found = {
-        "exponent": absent,
-        "exponent_here": absent,
+        "exponent_here": Measured(np.nan, np.nan),
         "early": Measured(
             float(data.early), float(data.early_error),
             f"up to the R_g^2 of N {int(pairs.length.min())}, all N against "
@@ -138,10 +136,7 @@ def measured(data):
     }  # fmt: skip
     if PAPER_LENGTH in pairs.length:
         at = pairs.sel(length=PAPER_LENGTH)
-        here = _exponent(pairs, at)
-        small = too_small(at)
-        found["exponent_here"] = here
-        found["exponent"] = Measured(here.value, here.error, here.note, here.undecided or small)
+        found["exponent_here"] = _exponent(pairs, at)
     shortest = pairs.sel(length=pairs.length.min())
     sizes = float(shortest.centre.dropna("lag")[-1] / shortest.high)
     found["late"] = Measured(
@@ -180,6 +175,8 @@ def _meetings(pairs):
     fit = linear_fit([np.ones(len(length)), np.log(length)], np.log(time), error)
     (_, power), (_, power_error) = fit.values, fit.errors
     small = too_small(pairs.isel(length=int(np.argmax(pairs.length.values))))
+    if fit.p_value < UNLIKELY:
+        small = f"the times do not lie on a power law (p = {fit.p_value:.1g})"
     note = f"g_i = {MET:g} g_cm at {listed} DPD time units"
     return {
         "crossover": Measured(ratio, ratio * float(errors[k]), note),

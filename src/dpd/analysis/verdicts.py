@@ -168,12 +168,12 @@ class Judgement:
 def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
     """Compare one published number, as an `Entry` has it, with ours.
 
-    A value is replicated within two combined standard errors, or within the rounding of the
-    published one. That decides nothing if the run cannot tell it from its rival, another value (0
-    if none is named): if two combined errors reach that far, or if it agrees with the rival, too.
-    A range is replicated where our 95 % interval lies inside, deviates where it lies outside, and
-    is undecided where it reaches across a limit. An upper bound is replicated inside, and undecided
-    elsewhere.
+    A value is replicated within two combined standard errors, and at most two of those without
+    rounding further off than the rounding of the published one. That decides nothing if the run
+    cannot tell it from its rival, another value (0 if none is named): if two combined errors reach
+    that far, or if it agrees with the rival, too. A range is replicated where our 95 % interval
+    lies inside, deviates where it lies outside, and is undecided where it reaches across a limit.
+    An upper bound is replicated inside, and undecided elsewhere.
     """
     if measured.undecided:
         return Judgement(NOT_REACHED, reason=measured.undecided)
@@ -199,8 +199,8 @@ def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
         return Judgement(DEVIATES, outside / measured.error if measured.error else np.inf, reach)
     difference = measured.value - entry["value"]
     # Rounding is a uniform error of half a last digit either way.
-    rounding = entry.get("rounding", 0.0)
-    combined = np.sqrt(entry.get("error", 0.0) ** 2 + rounding**2 / 3.0 + measured.error**2)
+    rounding, errors = entry.get("rounding", 0.0), np.hypot(entry.get("error", 0.0), measured.error)
+    combined = np.hypot(errors, rounding / np.sqrt(3.0))
     if combined > 0:
         deviation = difference / combined
     else:
@@ -208,7 +208,8 @@ def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
     resolution = AGREE * combined
     rival = entry.get("rival", 0.0)
     apart = abs(entry["value"] - rival)
-    agrees = abs(difference) <= rounding or abs(deviation) <= AGREE
+    within = max(rounding, min(resolution, rounding + AGREE * errors))
+    agrees = abs(difference) <= within
     if agrees and apart and resolution > apart:
         reason = f"two standard errors reach from {entry['value']:g} to {rival:g}"
         return Judgement(NOT_REACHED, deviation, resolution, reason)
