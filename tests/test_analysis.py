@@ -193,6 +193,9 @@ def test_chi_carries_the_error():
         ({"value": 1.0, "error": 0.1}, 1.15, 0.1, verdicts.REPLICATED),
         ({"value": 1.0, "error": 0.1}, 1.4, 0.1, verdicts.DEVIATES),
         ({"value": 1.0, "rounding": 0.05}, 1.07, 0.001, verdicts.DEVIATES),
+        # Rounding is a bound: its standard deviation, twice 0.029, must not reach beyond it.
+        ({"value": 1.0, "rounding": 0.05}, 1.055, 0.001, verdicts.DEVIATES),
+        ({"value": 1.0, "rounding": 0.05}, 1.055, 0.003, verdicts.REPLICATED),
         ({"value": 0.1, "error": 0.01}, 0.2, 0.3, verdicts.NOT_REACHED),
         ({"value": 0.533, "rival": 0.5}, 0.53, 0.02, verdicts.NOT_REACHED),
         ({"value": 0.07}, 0.042, 0.025, verdicts.NOT_REACHED),

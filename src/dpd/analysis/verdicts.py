@@ -208,8 +208,7 @@ def judge(entry: Mapping[str, Any], measured: Measured) -> Judgement:
     resolution = AGREE * combined
     rival = entry.get("rival", 0.0)
     apart = abs(entry["value"] - rival)
-    within = max(rounding, min(resolution, rounding + AGREE * errors))
-    agrees = abs(difference) <= within
+    agrees = abs(difference) <= max(rounding, min(resolution, rounding + AGREE * errors))
     if agrees and apart and resolution > apart:
         reason = f"two standard errors reach from {entry['value']:g} to {rival:g}"
         return Judgement(NOT_REACHED, deviation, resolution, reason)
