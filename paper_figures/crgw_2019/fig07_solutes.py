@@ -117,6 +117,7 @@ def measured(data):
         "ratio_mean": Measured(
             float(off.mean()), float(np.hypot(scatter, np.sqrt((error**2).sum()) / off.size)),
             f"{off.size} solutes; the error is that of the choice of solutes, too",
+            "the text's mean is over other solutes, which it does not list",
         ),
         **_apart(data),
         "ratio_over_chain": _change(data, "chain", "m"),
