@@ -48,7 +48,7 @@ def in_turns(advances, steps, turns):
 
 @contextmanager
 def on_one_core():
-    """Stay on one core: each move to another begins with empty caches."""
+    """Stay on one core: rates scatter less than where the system moves the process."""
     usable = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {max(usable)})
     try:

@@ -6,12 +6,17 @@ import numpy as np
 import numpy.typing as npt
 
 from dpd.analysis.collect import first_scene
-from dpd.analysis.statistics import block_mean_and_error, jackknife, linear_fit, over_replicas
+from dpd.analysis.statistics import (
+    UNLIKELY,
+    block_mean_and_error,
+    jackknife,
+    linear_fit,
+    over_replicas,
+)
 from dpd.analysis.verdicts import Measured
 from dpd.analysis.viscosity import shear_components
 from dpd.report.style import BLUE, GREEN, RED, Look
 
-CROOKED = 0.01  # p-value below which points do not follow a law, and its numbers are not judged
 BESIDE = 11  # slices whose errors have their median taken
 EVEN = (
     "One slice fixes its own correlation time poorly, so the error is the median of those of "
@@ -32,7 +37,7 @@ def misfit(p, shape, consequence):
     ``p``: probability of points that lie worse about the fit, if it is right. ``shape``,
     ``consequence``: what was fitted, and what is uncertain for that.
     """
-    if not p < CROOKED:
+    if not p < UNLIKELY:
         return ""
     return (
         f"the points do not lie on {shape} (p = {p:.1g}), so {consequence} on which of them are "

@@ -174,13 +174,13 @@ def _meetings(pairs):
     ratio = float(np.exp(steps[k]))
     fit = linear_fit([np.ones(len(length)), np.log(length)], np.log(time), error)
     (_, power), (_, power_error) = fit.values, fit.errors
-    small = too_small(pairs.isel(length=int(np.argmax(pairs.length.values))))
+    undecided = too_small(pairs.isel(length=int(np.argmax(pairs.length.values))))
     if fit.p_value < UNLIKELY:
-        small = f"the times do not lie on a power law (p = {fit.p_value:.1g})"
+        undecided = f"the times do not lie on a power law (p = {fit.p_value:.1g})"
     note = f"g_i = {MET:g} g_cm at {listed} DPD time units"
     return {
         "crossover": Measured(ratio, ratio * float(errors[k]), note),
-        "relaxation": Measured(float(power), float(power_error), note, small),
+        "relaxation": Measured(float(power), float(power_error), note, undecided),
     }
 
 
