@@ -18,7 +18,7 @@ from dpd.pipeline.paper import Figure, Paper, read_config, read_paper
 from dpd.pipeline.paths import LONG_STUDY, Results
 from dpd.pipeline.sweep import Axis, Point, Sweep
 from dpd.report import archive
-from dpd.report.archive import keep_whole, manifest_of, restore
+from dpd.report.archive import keep_figures, manifest_of, restore
 from dpd.report.page import shorter_points, write_page
 from dpd.report.rows import read_rows
 from dpd.scene.scene import Scene
@@ -83,55 +83,55 @@ def results(tmp_path):
 
 def keep(results, runs_from=math.inf, of=None):
     """Archive a study."""
-    return keep_whole("long", Results(str(results)), [of or paper()], runs_from)
+    return keep_figures(LONG_STUDY, Results(str(results)), [of or paper()], runs_from)
 
 
 def test_the_archive_of_a_study(kept, results):
     """Its figures in fewer colours, and what made them: nothing that tells whose machine."""
     written = keep(results)
-    found = manifest_of("long")
+    found = manifest_of(LONG_STUDY)
     ((part, made),) = found["parts"].items()
     assert made["machine"] == {"processor": "Some Processor", "cores": os.cpu_count()}
     assert re.fullmatch(r"\d{4}-\d\d-\d\d", made["date"]) and made["commit"]
     assert {"numpy", "numba", "Python"} <= set(made["versions"])
     figure = f"{PAPER}/fig02_shapes"
     assert found["figures"] == {figure: part}
-    names = {str(path.relative_to(kept / "long")) for path in written}
+    names = {str(path.relative_to(kept / LONG_STUDY)) for path in written}
     assert names == {"verdicts.csv", f"{figure}.png", f"{figure}.nc", "manifest.yaml", "runs.csv"}
-    runs = archive.runs_of("long")
+    runs = archive.runs_of(LONG_STUDY)
     assert {*runs.index} == {f"{PAPER}/runs/{SWEEP}/length={n},replica=0.nc" for n in (2, 4)}
     assert (runs == [part, BEADS, STEPS, 1800]).all(axis=None)
-    assert str(results) not in (kept / "long" / "manifest.yaml").read_text()
-    source, target = results / PAPER / "figures" / "fig02_shapes", kept / "long" / figure
+    assert str(results) not in (kept / LONG_STUDY / "manifest.yaml").read_text()
+    source, target = results / PAPER / "figures" / "fig02_shapes", kept / LONG_STUDY / figure
     assert source.with_suffix(".nc").read_bytes() == target.with_suffix(".nc").read_bytes()
     old, new = (Image.open(path.with_suffix(".png")) for path in (source, target))
     apart = np.abs(np.subtract(old.convert("RGB"), new.convert("RGB"), dtype=float))
     assert new.mode == "P" and apart.mean() < 1
-    assert len(read_rows(kept / "long" / "verdicts.csv")) == len(ROWS)
+    assert len(read_rows(kept / LONG_STUDY / "verdicts.csv")) == len(ROWS)
 
 
 def test_an_archive_grows_on_several_machines(kept, results, tmp_path):
     """What was made elsewhere stays, with its verdicts, files and what made it, while asked for."""
     keep(results)
     figure, drift = f"{PAPER}/fig02_shapes", f"{PAPER}/drift"
-    picture, manifest = kept / "long" / f"{figure}.png", kept / "long" / "manifest.yaml"
+    picture, manifest = kept / LONG_STUDY / f"{figure}.png", kept / LONG_STUDY / "manifest.yaml"
     old = picture.read_bytes()
-    (part,) = manifest_of("long")["parts"]
+    (part,) = manifest_of(LONG_STUDY)["parts"]
     manifest.write_text(manifest.read_text().replace(part, "2020-01-01 abc"))
     other, rows = tmp_path / "elsewhere", {"slow": ("check", "deviates", 1.0)}
     put_figure(other / PAPER / "figures", PAPER, "drift", rows)
     keep(other)
-    found = manifest_of("long")
+    found = manifest_of(LONG_STUDY)
     assert found["figures"] == {figure: "2020-01-01 abc", drift: part}
     assert list(found["parts"]) == ["2020-01-01 abc", part]
-    assert picture.read_bytes() == old and (kept / "long" / f"{drift}.nc").is_file()
-    rows = read_rows(kept / "long" / "verdicts.csv")
+    assert picture.read_bytes() == old and (kept / LONG_STUDY / f"{drift}.nc").is_file()
+    rows = read_rows(kept / LONG_STUDY / "verdicts.csv")
     assert [row["figure"] for row in rows] == ["fig02_shapes"] * len(ROWS) + ["drift"]
     with pytest.raises(UserError, match="no figure is there to keep"):
         keep(tmp_path / "nothing here")
     keep(other, of=Paper(PAPER, "", "", {}, (), {"drift": Figure()}))
-    assert {path.stem for path in (kept / "long" / PAPER).iterdir()} == {"drift"}
-    assert {row["figure"] for row in read_rows(kept / "long" / "verdicts.csv")} == {"drift"}
+    assert {path.stem for path in (kept / LONG_STUDY / PAPER).iterdir()} == {"drift"}
+    assert {row["figure"] for row in read_rows(kept / LONG_STUDY / "verdicts.csv")} == {"drift"}
 
 
 def test_long_runs_go_to_another_machine_and_back(kept, results, monkeypatch, tmp_path):
@@ -144,26 +144,34 @@ def test_long_runs_go_to_another_machine_and_back(kept, results, monkeypatch, tm
     put_run(results, first, seconds=7300.0)
     keep(results)
     assert not list(kept.rglob("runs/*/*.nc"))
-    assert restore("long") == []
+    assert restore(LONG_STUDY) == []
     keep(results, runs_from=2.0)
-    (there,) = (kept / "long" / PAPER / "runs").rglob("*.nc")
+    (there,) = (kept / LONG_STUDY / PAPER / "runs").rglob("*.nc")
     assert there.name == f"{first.name}.nc"
-    (written,) = restore("long")
+    (written,) = restore(LONG_STUDY)
     assert written == tmp_path / "new" / PAPER / "runs" / SWEEP / first.name / "run.nc"
     assert written.read_bytes() == there.read_bytes()
     written.write_bytes(b"mine")
-    assert restore("long") == [] and written.read_bytes() == b"mine"
+    assert restore(LONG_STUDY) == [] and written.read_bytes() == b"mine"
 
 
-def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch):
-    """Of any other study its table, and how long it took."""
-    verdict_table(PAPER, "fig02_shapes", ROWS).to_csv(results / "verdicts.csv", index=False)
-    monkeypatch.setattr(archive, "results_of", lambda study: Results(str(results)))
+def test_only_the_long_study_is_kept_whole(kept, results, monkeypatch, tmp_path):
+    """Of any other study verdicts, figure by figure; and how long all took, if made at once."""
     monkeypatch.setattr(archive, "read_config", lambda: {"papers": [PAPER]})
     monkeypatch.setattr(archive, "read_paper", lambda name, study: paper())
+    drift, rows = tmp_path / "elsewhere", {"slow": ("check", "deviates", 1.0)}
+    put_figure(drift / PAPER / "figures", PAPER, "drift", rows)
+    folder = results
+    monkeypatch.setattr(archive, "results_of", lambda study: Results(str(folder)))
     for study, number in (("quick", 2), (LONG_STUDY, 5)):
-        written = archive.keep(study)
-        assert len(written) == number and kept / study / "verdicts.csv" in written
+        for folder, there in ((results, len(ROWS)), (drift, len(ROWS) + 1)):
+            written = archive.keep(study)
+            assert len(read_rows(kept / study / "verdicts.csv")) == there
+            assert len(written) == number - (folder == drift and study == LONG_STUDY)
+    assert "minutes" not in manifest_of("quick")
+    put_figure((folder := results) / PAPER / "figures", PAPER, "drift", rows)
+    archive.keep("quick")
+    assert manifest_of("quick")["minutes"] >= 0
     with pytest.raises(UserError, match="is none of the studies"):
         archive.keep("quik")
 

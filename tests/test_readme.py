@@ -4,6 +4,7 @@ import re
 import shlex
 import tomllib
 from functools import cache
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -18,7 +19,7 @@ from dpd.analysis.verdicts import COLUMNS
 from dpd.commands.main import new_parser
 from dpd.folders import PACKAGE, ROOT
 from dpd.page import Observable, names
-from dpd.pipeline.paper import read_config
+from dpd.pipeline.paper import Figure, Paper, read_config
 from dpd.pipeline.paths import Results
 from dpd.report import archive
 from dpd.scene.scene import Scene
@@ -173,16 +174,18 @@ def test_counts_and_deviations(archived):
 
 def test_the_archive_draws_kept_pictures_anew(archived, tmp_path, monkeypatch):
     """Those beside a figure file, as wide as before; no others."""
-    drawn, kept = tmp_path / "results" / "one" / "figures", tmp_path / "figures" / "one"
-    drawn.mkdir(parents=True)
+    results, kept = Results(str(tmp_path / "results")), tmp_path / "figures" / "one"
     kept.mkdir(parents=True)
-    TABLE.to_csv(tmp_path / "results" / "verdicts.csv", index=False)
     for name in ("slope", "other"):
-        Image.new("RGB", (200, 100), "red").save(drawn / f"{name}.png")
+        drawn = {kind: Path(results.figure("one", name, kind)) for kind in ("nc", "csv", "png")}
+        drawn["nc"].parent.mkdir(parents=True, exist_ok=True)
+        drawn["nc"].touch()
+        TABLE[TABLE.figure == name].to_csv(drawn["csv"], index=False)
+        Image.new("RGB", (200, 100), "red").save(drawn["png"])
     Image.new("RGB", (80, 80), "white").save(kept / "slope.png")
     (kept / "slope.py").touch()
-    monkeypatch.setattr(archive, "read_study", lambda study: {})
-    monkeypatch.setattr(archive, "results_of", lambda study: Results(str(tmp_path / "results")))
-    assert archive.keep("fast")[-1:] == [kept / "slope.png"] == archive.pictures("one")
+    paper = Paper("one", "", "", {}, (), {"slope": Figure(), "other": Figure()})
+    archive.keep_figures("fast", results, [paper])
+    assert archive.pictures("one") == [kept / "slope.png"]
     with Image.open(kept / "slope.png") as picture:
         assert picture.size == (80, 40) and picture.convert("RGB").getpixel((5, 5)) == (255, 0, 0)

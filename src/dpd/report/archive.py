@@ -36,7 +36,7 @@ TOLD = ["beads", "steps", "seconds"]  # of each run
 HEAD = """\
 # Written by `python -m dpd archive`: what made the files beside this one.
 # `figures` names the entry of `parts` that made each: a figure that is not drawn where that is
-# called stays. `minutes`: from the first file of the study to its last.
+# called stays. `minutes`: from the first file to the last, when all figures were made at once.
 """
 KEY = ["paper", "figure", "quantity"]
 SHOWN = ["z", *KEY, "value", "error", "verdict", "value_b", "error_b", "verdict_b"]
@@ -48,29 +48,16 @@ of freedom predict; flips: verdicts that differ; missing: values that one study 
 
 
 def keep(study: str, runs_from: float = math.inf) -> list[Path]:
-    """Keep of a study what git is to have of it, and name what has changed.
+    """Keep of a study what git is to have of it, as far as made, and name what has changed.
 
-    Of the long one see `keep_whole`; of others the verdicts, how long it took and, of the seed 1,
-    pictures as wide as before. Raises `UserError` if there is no such study, or it has no verdicts.
+    What was kept before of other figures stays. Of each figure it keeps the verdicts; of the long
+    study numbers, pictures, and how long each run took, or the run itself if it took so many hours;
+    of others how long all figures took, and of the seed 1 those pictures that git has, as wide as
+    before. Raises `UserError`, and nothing changes, if there is no such study or no figure of it.
     """
     read_study(study)  # a name that is none would lead elsewhere
-    results = results_of(study)
-    if variant_of(study)[0] == LONG_STUDY:
-        every = [read_paper(name, study) for name in read_config()["papers"]]
-        return keep_whole(study, results, every, runs_from)
-    source = Path(results.verdicts())
-    of_papers = {row["paper"] for row in read_rows(source)}
-    written = [each.stat().st_mtime for each in Path(results.folder).rglob("*.*")]
-    took = {"minutes": round((max(written) - min(written)) / 60, 1)}  # where it was made at once
-    manifest = manifest_text({"study": study} | took | _made_by())
-    contents = {f"{study}/{VERDICTS}": source.read_bytes(), f"{study}/{MANIFEST}": manifest}
-    for paper in sorted(of_papers) if variant_of(study)[0] == study else []:
-        for archived in pictures(paper):
-            drawn = Path(results.figure(paper, archived.stem, "png"))
-            if drawn.is_file():
-                with Image.open(archived) as old:
-                    contents[str(archived)] = small_png(drawn, old.width)
-    return write_changed(ARCHIVE, contents)
+    papers = [read_paper(name, study) for name in read_config()["papers"]]
+    return keep_figures(study, results_of(study), papers, runs_from)
 
 
 def _made_by():
@@ -127,14 +114,12 @@ def table_text(rows: Sequence[Row]) -> bytes:
     return pd.DataFrame(rows, columns=COLUMNS).to_csv(index=False, float_format="%.10g").encode()
 
 
-def keep_whole(
+def keep_figures(
     study: str, results: Results, papers: Sequence[Paper], runs_from: float = math.inf
 ) -> list[Path]:
-    """Keep figures and numbers as far as made, else those of before; and runs that took so long.
-
-    Raises `UserError`, and nothing changes, if nothing is there.
-    """
+    """See `keep`, of some papers whose results are there."""
     target, former, made = ARCHIVE / study, manifest_of(study), _made_by()
+    of_long, seed = variant_of(study)[0] == LONG_STUDY, variant_of(study)[2]
     part = f"{made['date']} {made['commit']}"
     parts = former.get("parts", {}) | {part: made}
     before = read_rows(target / VERDICTS) if former else []
@@ -149,22 +134,35 @@ def keep_whole(
         if (paper, figure) in drawn:
             figures[name] = part
             rows += read_rows(results.figure(paper, figure, "csv"))
-            if variant_of(study)[0] == study:  # of other seeds verdicts are enough
-                contents[f"{name}.png"] = small_png(Path(results.figure(paper, figure, "png")))
+            picture, shown = Path(results.figure(paper, figure, "png")), FIGURES / f"{name}.png"
+            if study == LONG_STUDY:
+                contents[f"{name}.png"] = small_png(picture)
                 contents[f"{name}.nc"] = Path(results.figure(paper, figure, "nc")).read_bytes()
+            elif seed == 1 and shown.is_file():
+                with Image.open(shown) as old:
+                    contents[str(shown)] = small_png(picture, old.width)
         elif name in former.get("figures", {}):
             figures[name] = former["figures"][name]
             rows += [row for row in before if f"{row['paper']}/{row['figure']}" == name]
-    runs = runs_of(study)
-    for name, path in _runs(papers, results):
-        if path.is_file():
-            told = files.attributes(path)
-            runs.loc[name] = [part, *(round(told[key]) for key in TOLD)]
-            if told["seconds"] >= 3600 * runs_from:
-                contents[name] = path.read_bytes()
-    contents[RUNS] = runs.sort_index().to_csv().encode()
-    used = {name: parts[name] for name in parts if name in {*figures.values(), *runs.part}}
-    manifest = manifest_text({"study": study, "parts": used, "figures": figures})
+    head: dict[str, Any] = {"study": study}
+    used = {*figures.values()}
+    if of_long:
+        runs = runs_of(study)
+        for name, path in _runs(papers, results):
+            if path.is_file():
+                told = files.attributes(path)
+                runs.loc[name] = [part, *(round(told[key]) for key in TOLD)]
+                if told["seconds"] >= 3600 * runs_from:
+                    contents[name] = path.read_bytes()
+        contents[RUNS] = runs.sort_index().to_csv().encode()
+        used |= {*runs.part}
+    elif len(drawn) == len(every):
+        written = [each.stat().st_mtime for each in Path(results.folder).rglob("*.*")]
+        head["minutes"] = round((max(written) - min(written)) / 60, 1)
+    elif "minutes" in former:
+        head["minutes"] = former["minutes"]
+    head["parts"] = {name: parts[name] for name in parts if name in used}
+    manifest = manifest_text(head | {"figures": figures})
     for name in former.get("figures", {}).keys() - figures.keys():
         for kind in ("png", "nc"):
             (target / f"{name}.{kind}").unlink(missing_ok=True)
@@ -187,7 +185,7 @@ def redraw(study: str) -> list[Path]:
     """Draw and judge archived numbers again, or else `UserError`, and name what has changed."""
     read_study(study)  # a name that is none would lead elsewhere
     target, manifest = ARCHIVE / study, manifest_of(study)
-    if "figures" not in manifest:
+    if study != LONG_STUDY or "figures" not in manifest:
         raise UserError(f"{target / MANIFEST}: no figures are archived there")
     contents, rows = {}, []
     for name in manifest["figures"]:
