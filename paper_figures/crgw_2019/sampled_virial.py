@@ -49,7 +49,8 @@ def sampled_second_virial(
     """
     if samples < WALKERS:
         raise ValueError(f"samples: {samples} are too few; allowed: {WALKERS} or more")
-    streams = np.random.default_rng(seed).spawn(WALKERS)
+    # Other chains have other numbers: a mean over several would else not know its error.
+    streams = np.random.default_rng([seed, m, round(1e6 * length), round(1e6 * a)]).spawn(WALKERS)
     means = np.array([
         _walk(float(a), int(m), float(length), samples // WALKERS, stream) for stream in streams
     ])  # fmt: skip
