@@ -139,14 +139,14 @@ READERS = {
         ("figure", *POINT[:2], "fig06_interface", "--data", SWEEPS / "interface.nc", "-o", "made"),
     ),
     "verdicts": (FIGURES / "one.csv", ("verdicts", FIGURES / "one.csv", "-o", "made.csv")),
-    "archive": (RESULTS / "verdicts.csv", ("archive", "smoke")),
+    "archive": (FIGURES / "fig06_interface.csv", ("archive", "smoke")),
     "report": (
         FIGURES / "fig06_interface.csv",  # of a figure that is made: others do not stand there yet
         ("report", *POINT[:2], "--results", RESULTS, "-o", "made.html"),
     ),
 }  # fmt: skip
 
-
+BESIDES = {"report": ".png", "archive": ".nc"}  # by which they know that a figure is made
 DAMAGED = [("missing", stage) for stage in READERS if stage != "report"] + [("row", "verdicts")]
 
 
@@ -155,8 +155,8 @@ def test_a_file_between_stages_that_is_damaged(folder, dpd, stage, damage):
     """It is named, and nothing is written."""
     path, asked = READERS[stage]
     path.parent.mkdir(parents=True)
-    if stage == "report":
-        path.with_suffix(".png").touch()
+    if stage in BESIDES:
+        path.with_suffix(BESIDES[stage]).touch()
     if damage == "cut":
         save(xr.Dataset({"kT": ("a", np.arange(120.0), {"units": "1"})}), path)
         path.write_bytes(path.read_bytes()[:-700])
