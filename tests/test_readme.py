@@ -185,7 +185,7 @@ def test_the_archive_draws_kept_pictures_anew(archived, tmp_path, monkeypatch):
     Image.new("RGB", (80, 80), "white").save(kept / "slope.png")
     (kept / "slope.py").touch()
     paper = Paper("one", "", "", {}, (), {"slope": Figure(), "other": Figure()})
-    archive.keep_figures("fast", results, [paper])
+    assert kept / "slope.png" in archive.keep_figures("fast", results, [paper])
     assert archive.pictures("one") == [kept / "slope.png"]
     with Image.open(kept / "slope.png") as picture:
         assert picture.size == (80, 40) and picture.convert("RGB").getpixel((5, 5)) == (255, 0, 0)

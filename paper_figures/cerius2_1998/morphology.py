@@ -86,7 +86,7 @@ def measured(data):
     """How dense A is inside of the surface once it has ordered, and while it was mixed.
 
     Domains merge so slowly that a run sees few of them: the error is by leaving out one eighth of
-    the box at a time, which is not smaller than how both numbers scatter between seeds.
+    the box at a time, which is about as large as both numbers scatter between seeds.
     """
     ordered = data.isel(frame=slice(int(SETTLED * data.sizes["frame"]), None)).mean("frame")
     (dense, dense_error), (first, first_error) = map(_denser, (ordered, data.isel(frame=0)))

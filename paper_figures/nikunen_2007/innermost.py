@@ -40,7 +40,8 @@ def _lowest(data, name):
     if name not in data.set.values:
         return Measured(np.nan, np.nan)
     at = data.sel(set=name)
-    slope = at.slope.where((at.inner >= at.low) & (at.inner <= at.high)).dropna("lag")
+    known = at.slope.dropna("lag")
+    slope = known.where((at.inner >= at.low) & (at.inner <= at.high)).dropna("lag")
     if not len(slope):
         return Measured(np.nan, np.nan, "", "the run is too short for a slope beyond two bonds")
     place = int(slope.values.argmin())
@@ -49,7 +50,7 @@ def _lowest(data, name):
         f"N {int(at.beads)}, at {float(there.time):.3g} tau_0, g_1 = "
         f"{float(there.inner / at.high):.2g} R_g^2"
     )
-    falls = place == len(slope) - 1 and bool(at.inner.max() < at.high)
+    falls = bool(slope.lag[place] == known.lag[-1])
     reason = f"the slope falls until {float(there.time):.3g} tau_0, the end" if falls else ""
     return Measured(float(there.slope), float(there.slope_error), note, reason)
 
