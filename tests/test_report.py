@@ -14,7 +14,7 @@ from matplotlib import pyplot as plt
 import dpd
 from dpd.analysis.collect import load
 from dpd.analysis.statistics import widening
-from dpd.analysis.verdicts import COLUMNS, Measured, judge
+from dpd.analysis.verdicts import BOUND, COLUMNS, Measured, judge
 from dpd.commands.main import main
 from dpd.folders import PACKAGE
 from dpd.pipeline.paper import Figure, Paper, read_config, read_paper
@@ -53,7 +53,8 @@ def verdict_table(paper, figure, rows):
             "paper": paper, "figure": figure, "quantity": name, "where": "Sec. I", "kind": kind,
             "limits": "ours", "published": "< 2", "published_error": np.nan, "rounding": 0.05,
             "value": value, "error": 0.01, "deviation_sigma": np.nan, "resolution": 0.02,
-            "verdict": verdict, "note": "" if kind == "check" else "by eye",
+            "verdict": verdict,
+            "note": "" if kind == "check" else f"by eye; {BOUND}" if name == "gamma" else "by eye",
         }
         for name, (kind, verdict, value) in rows.items()
     ]  # fmt: skip
@@ -131,6 +132,7 @@ def test_a_row_in_full(text):
     ):  # fmt: skip
         assert re.search(rf'<td class="c-{column}"[^>]*>{re.escape(value)}</td>', row), column
     assert '<th scope="row">β &lt; 2</th>' in row
+    assert len(re.findall(r'<td class="c-ours"[^>]*>&lt; 1.000 ± 0.010</td>', text)) == 1  # a bound
     assert not re.search(r">\s*(nan|None)\s*<", text)
 
 

@@ -27,6 +27,7 @@ COLUMNS = [
 ]  # fmt: skip
 REPLICATED, DEVIATES, NOT_REACHED = "replicated", "deviates", "not reached at this scale"
 AGREE = 2.0  # combined standard errors
+BOUND = "an upper bound, at 95 %"  # as notes say it
 
 
 @dataclass(frozen=True)
@@ -237,7 +238,7 @@ def rows(
             raise UserError(f"{published_file(paper)}: {name}: {figure} does not measure it")
         ours = measured.get(name) or Measured(np.nan, np.nan, "", entry["pending"])
         found = judge(entry, ours)
-        bound = "an upper bound, at 95 %" if ours.bound else ""
+        bound = BOUND if ours.bound else ""
         notes = [entry.get("note"), bound, ours.note, found.reason]
         table.append({"kind": "simulated", "limits": "text"} | entry | {
             "paper": paper,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import yaml
 from markupsafe import Markup
 
-from dpd.analysis.verdicts import AGREE, COLUMNS, published
+from dpd.analysis.verdicts import AGREE, BOUND, COLUMNS, published
 from dpd.files import reading
 from dpd.folders import ROOT, paper_folder
 from dpd.report.text import typeset, with_error
@@ -61,6 +61,7 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
         text = f"{z:.{2 if abs(abs(z) - AGREE) < 0.05 else 1}f}"  # finer at verdicts
         errors = entry["published_error"], entry["rounding"] / 3**0.5, entry["error"]
         spread = math.hypot(*filter(math.isfinite, errors))
+        bound = "< " if BOUND in entry["note"] else ""
         figure = f"{entry['paper']}-{entry['figure']}"
         rows.append({
             "entry": entry, **{key: entry[key] for key in ("paper", "kind", "value")},
@@ -75,7 +76,7 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
                 if math.isfinite(entry[key])
             ),
             "limits": entry["limits"] if math.isfinite(entry["rounding"]) or number is None else "",
-            "ours": typeset(with_error(entry["value"], entry["error"])),
+            "ours": typeset(bound + with_error(entry["value"], entry["error"])),
             "archived": typeset(
                 f"{with_error(long_one['value'], long_one['error'])}, {long_one['verdict']}"
             ) if long_one else "",
