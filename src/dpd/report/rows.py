@@ -61,7 +61,6 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
         text = f"{z:.{2 if abs(abs(z) - AGREE) < 0.05 else 1}f}"  # finer at verdicts
         errors = entry["published_error"], entry["rounding"] / 3**0.5, entry["error"]
         spread = math.hypot(*filter(math.isfinite, errors))
-        bound = "< " if BOUND in entry["note"] else ""
         figure = f"{entry['paper']}-{entry['figure']}"
         rows.append({
             "entry": entry, **{key: entry[key] for key in ("paper", "kind", "value")},
@@ -76,10 +75,8 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
                 if math.isfinite(entry[key])
             ),
             "limits": entry["limits"] if math.isfinite(entry["rounding"]) or number is None else "",
-            "ours": typeset(bound + with_error(entry["value"], entry["error"])),
-            "archived": typeset(
-                f"{with_error(long_one['value'], long_one['error'])}, {long_one['verdict']}"
-            ) if long_one else "",
+            "ours": typeset(_ours(entry)),
+            "archived": typeset(f"{_ours(long_one)}, {long_one['verdict']}") if long_one else "",
             "z": z,
             "z_text": "" if math.isnan(z) else text.replace("inf", "∞").replace("-", "−"),
             "ratio": entry["value"] / number if number else math.nan,
@@ -87,6 +84,10 @@ def verdict_rows(table: Iterable[Row], archived: Iterable[Row] = ()) -> list[Row
             "number": number,
         })  # fmt: skip
     return rows
+
+
+def _ours(entry):
+    return "< " * (BOUND in entry["note"]) + with_error(entry["value"], entry["error"])
 
 
 def _key(entry):
@@ -166,6 +167,4 @@ def by_name(paper: str, rows: Iterable[Row]) -> dict[str, Row]:
 
 def with_values(text: str, found: Mapping[str, Row]) -> Markup:
     """A sentence with our values where it names them, as ``{alpha}``."""
-    return typeset(
-        NAMED.sub(lambda n: with_error(found[n[1]]["value"], found[n[1]]["error"]), text)
-    )
+    return typeset(NAMED.sub(lambda name: _ours(found[name[1]]), text))
