@@ -108,7 +108,6 @@ SCENES = [
      ["'shardlow' lets pairs exchange momentum"]),
 ]  # fmt: skip
 
-
 BLEND = {
     "molecules": [{"architecture": "A", "count": 99}, {"architecture": "B", "count": 99}],
     "repulsion": {"A A": 25, "A B": 30, "B B": 25},

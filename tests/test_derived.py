@@ -89,7 +89,6 @@ GIVEN = {
     "cores": {"scene": {}, "axes": {"force": FORCE}},
 }
 
-
 WRONG = [
     (("bonds", "derive", "bond.length", "from"), "core", r"no sweep 'core'.*mean 'cores'"),
     (("bonds", "scene", "bond"), {"stiffness": 3}, r"the sweep's scene has no such key"),

@@ -41,8 +41,7 @@ def test_ideal_chains_have_no_plateau(beads):
     inner, low, high = rouse_chain(beads, time)
     rows = np.tile(inner, (5, 1))
     found = plateau(Resampled(time, inner, rows, rows), 8 / 15, 0.03, low, high)
-    limit, _ = published(PAPER)["level"]["range"]
-    assert 0.5 < found.decades < 0.9 < limit
+    assert 0.5 < found.decades < 0.9 < published(PAPER)["level"]["range"][0]
     assert low <= found.low < found.high <= high
 
 
@@ -56,6 +55,14 @@ def test_a_figure_is_drawn_where_nothing_is_measured(path, tmp_path):
     module.draw(data).savefig(tmp_path / "drawn.png")
     plt.close("all")
     assert getattr(module, "describe", lambda data: module.TITLE)(data)
+
+
+def test_a_curve_of_every_length():
+    """Palettes begin anew where they end."""
+    data = load(ARCHIVE / "paper/nikunen_2007/fig04_chains.nc").isel(chain=np.arange(20) % 8)
+    data = data.assign_coords(chain=np.arange(8.0, 28))
+    figure = load_module("nikunen_2007", "fig04_chains").draw(data)
+    assert len(figure.axes[1].get_legend().get_texts()) == 20
 
 
 def pressures(exponent):

@@ -1,5 +1,7 @@
 """The viscosity of the standard fluid: by shear, two opposite flows, walls, and at rest."""
 
+from itertools import cycle
+
 import numpy as np
 import xarray as xr
 
@@ -172,7 +174,7 @@ def draw(data):
     two.plot(data.two_z, data.two_curve, color=BLACK, linewidth=0.8, label="parabola")
     two.set(xlabel="$z$ / $r_c$", ylabel=r"velocity / ($r_c$ $\tau^{-1}$)", ylim=(0, None))
     two.legend(loc="lower center")
-    for k, color in enumerate(COLORS[: data.sizes["gamma"]]):
+    for k, color in zip(range(data.sizes["gamma"]), cycle(COLORS)):
         at = data.isel(gamma=k)
         label = rf"$\gamma_w$ = {float(at.gamma):g}, $b = {float(at.slip):.2f}\,r_c$"
         points(walls, at.wall_z, at.wall_u, at.wall_u_error, label, color, markersize=2)

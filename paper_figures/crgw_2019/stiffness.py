@@ -1,5 +1,7 @@
 """That neither the stiffness of bonds nor the time step shows in the pressure of oligomers."""
 
+from itertools import cycle
+
 import numpy as np
 import xarray as xr
 
@@ -7,7 +9,7 @@ from dpd.analysis.verdicts import Measured
 from dpd.report.style import BLUE, RED, panels, points
 from paper_figures.crgw_2019.shared import mean_of
 
-LOOKS = ((RED, "s"), (BLUE, "o"))
+LOOKS = ((BLUE, "o"), (RED, "s"))
 CHOSEN = {"stiffness": 1000, "dt": 0.008}  # of Figures 2 to 4
 
 TITLE = "Pressure of tetramers over the stiffness of their bonds, and their mean bond length."
@@ -65,7 +67,7 @@ def describe(data):
 def draw(data):
     """Pressure and length over stiffness."""
     figure, (left, right) = panels(2, height=2.3)
-    for (color, marker), dt in zip(LOOKS[-data.sizes["dt"] :], data.dt.values):
+    for (color, marker), dt in zip(cycle(LOOKS), data.dt.values):
         at, label = data.sel(dt=dt), rf"$\Delta t$ = {dt:g}"
         points(left, at.stiffness, at.pressure, at.pressure_error, label, color, marker)
         right.plot(at.stiffness, at.length, marker, color=color, label=label)

@@ -1,5 +1,7 @@
 """Figure 2: radial distribution function at rho 3, a 25, and where the mean bond lies."""
 
+from itertools import cycle
+
 import numpy as np
 import xarray as xr
 
@@ -80,7 +82,7 @@ def draw(data):
     axes.axvline(
         data.peak, color=BLACK, linestyle=":", label=f"maximum, {float(data.peak):.2f} $r_c$"
     )
-    for c, color in zip(data.stiffness.values, (RED, ORANGE)):
+    for c, color in zip(data.stiffness.values, cycle((RED, ORANGE))):
         bond = float(data.bond.sel(stiffness=c))
         axes.axvline(
             bond, color=color, linestyle="--", label=f"mean bond, $C$ = {c:g}: {bond:.2f} $r_c$"

@@ -1,5 +1,7 @@
 """Figure 9: rescaled surface tension of chains against 1 / (chi N)."""
 
+from itertools import cycle
+
 import numpy as np
 
 from dpd.analysis.statistics import COVERAGE
@@ -107,7 +109,7 @@ def describe(data):
 def draw(data):
     """Rescaled tensions over 1 / (chi N), the paper's axes."""
     figure, axes = panels(1)
-    for (color, marker), excess in zip(GROUPS, data.excess.values):
+    for (color, marker), excess in zip(cycle(GROUPS), data.excess.values):
         at = data.sel(excess=excess)
         for fitted in (True, False):
             use = at.fitted.values == fitted

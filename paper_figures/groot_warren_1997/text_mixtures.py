@@ -1,5 +1,7 @@
 """Sec. V: excess pressure of mixtures that do not segregate."""
 
+from itertools import cycle
+
 import numpy as np
 import xarray as xr
 
@@ -152,7 +154,8 @@ def draw(data):
     line = np.array([0, 0.27])
     for axes, (rho, at) in zip(left, there):
         color = SEGREGATION[rho].look.color
-        for one, marker in zip((at.isel(excess=n) for n in range(at.sizes["excess"])), MARKERS):
+        for k, marker in zip(range(at.sizes["excess"]), cycle(MARKERS)):
+            one = at.isel(excess=k)
             label = rf"$\Delta a$ = {float(one.excess):g}"
             points(axes, product, one.mixing, one.mixing_error, label, color, marker)
             slope = float(one.prefactor * one.excess) * at.attrs["density"] ** 2

@@ -1,5 +1,7 @@
 """What the core force F_max and the spring constant C do."""
 
+from itertools import cycle
+
 import numpy as np
 import xarray as xr
 
@@ -205,7 +207,7 @@ def draw(data):
     core.legend(loc="lower right")
     longest.plot(data.force, 2 * data.rest.isel(stiffness=0), "--", color=BLACK, label="$4 r_0$")
     longest.legend(loc="upper left")
-    for k, (stiffness, color) in enumerate(zip(data.stiffness.values, COLORS)):
+    for k, (stiffness, color) in enumerate(zip(data.stiffness.values, cycle(COLORS))):
         at = data.sel(stiffness=stiffness)
         aside = BESIDE ** (k - 0.5 * (data.sizes["stiffness"] - 1))
         force, label = aside * data.force.values, f"C = {stiffness:g}"

@@ -1,5 +1,7 @@
 """Figure 4: size of chains, and how long they remember where they point."""
 
+from itertools import cycle
+
 import numpy as np
 import xarray as xr
 
@@ -25,6 +27,7 @@ from dpd.report.style import (
     BLACK,
     BLUE,
     GREEN,
+    MANY,
     MARKERS,
     ORANGE,
     PURPLE,
@@ -65,7 +68,7 @@ ERRORS = (
     "Bars and bands: 95 % intervals; sizes from blocks of the run, correlations from the larger "
     "of two jackknife errors, leaving out molecules, and leaving out tenths of the run."
 )
-SERIES = (BLUE, GREEN, ORANGE, RED, PURPLE, SKY, BLACK)
+SERIES = (BLUE, GREEN, ORANGE, RED, PURPLE, SKY, BLACK, MANY[4])
 OTHERS = ("a50", "a150", "a200")
 LONG = 32  # beads from which on a chain is long beside its stiffness, one or two bonds
 SHORT = 8  # from which on exponents of sets are compared
@@ -363,7 +366,7 @@ def draw(data):
     figure, (left, right) = panels(2, height=3.0)
     _draw_sizes(left, data)
     top = 0.0
-    for chain, color in zip(data.chain.values, SERIES):
+    for chain, color in zip(data.chain.values, cycle(SERIES)):
         at = data.sel(chain=chain).dropna("end_lag", subset=["time"])
         top = max(top, _draw_correlation(right, at, chain, color))
     right.set(yscale="log", xlim=(0, 1.1 * top or None), ylim=(0.08, 1.1),

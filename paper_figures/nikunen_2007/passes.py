@@ -1,5 +1,7 @@
 """Bonds that pass through each other, against the criterion that should forbid it."""
 
+from itertools import cycle
+
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -207,7 +209,7 @@ def draw(data):
     figure, axes = panels(1)
     axes.set(yscale="log", xlabel=r"margin $(\sqrt{2} r_{min} - l_{max})$ / $r_c$",
              ylabel=r"rate of passes per bond / $\tau_0^{-1}$")  # fmt: skip
-    for k, color in zip(range(data.sizes["interval"]), (BLUE, ORANGE)):
+    for k, color in zip(range(data.sizes["interval"]), cycle((BLUE, ORANGE))):
         at = data.isel(interval=k)
         seen = at["count"] > 0
         rate = (at["count"] / at.exposure)[seen]

@@ -17,8 +17,6 @@ from tests.systems import (
 )
 
 BOX = {2: (5.1, 2.5), 3: (2.5, 3.7, 5.1)}
-
-
 EXCHANGES = ("shardlow", "aboba", "lowe-andersen")  # the last has the kernels of the first
 
 
