@@ -6,7 +6,7 @@ from matplotlib.container import ErrorbarContainer
 
 from dpd.analysis.statistics import misfit_share
 from dpd.analysis.verdicts import Measured
-from dpd.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from dpd.report.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PURPLE, RED, SKY
 from dpd.report.text import with_error
 from paper_figures.groot_warren_1997.shared import misfit
 from paper_figures.groot_warren_1997.tension_laws import tension_law
@@ -27,7 +27,7 @@ TRIMERS = 3  # beads of the chains that laws are fitted to as well without any s
 KEPT = ("chi", "beads", "segregation", "scaled", "scaled_error", "fitted", "drift", "bulk",
         "bulk_error")  # fmt: skip
 COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY, BLACK)
-GROUPS = tuple(zip(COLORS, ("o", "s", "^", "D", "v", "P", "X")))
+GROUPS = tuple(zip(COLORS, MARKERS))
 
 
 def scaled_tensions(sweep, slope):
